@@ -1,0 +1,1 @@
+//! The other end of the bus: simulated drives with the robot's dynamics behind them.

@@ -1,0 +1,204 @@
+//! A TOML file as a tree in which every key and value knows its place, so
+//! that overrides from elsewhere can be laid over it without losing any.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::problem::{Problem, Source};
+
+/// A configuration file and the overrides laid over it.
+#[derive(Debug)]
+pub struct Document {
+    pub(super) source: Arc<Source>,
+    pub(super) root: Node,
+}
+
+/// A value and where it stands.
+#[derive(Clone, Debug)]
+pub(super) struct Node {
+    pub place: Place,
+    pub value: Value,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    pub source: Arc<Source>,
+    pub span: Range<usize>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Value {
+    Integer(i64),
+    Float(f64),
+    Boolean(bool),
+    Text(String),
+    Array(Vec<Node>),
+    Table(BTreeMap<String, Entry>),
+    /// A date or a number out of range: nothing here asks for one.
+    Other(&'static str),
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    pub key: Place,
+    pub node: Node,
+}
+
+impl Document {
+    /// Parses `text`, which messages call `name`.
+    pub fn parse(name: impl Into<String>, text: impl Into<String>) -> Result<Self, Problem> {
+        let source = Source::new(name, text);
+        let root = parse(&source)?;
+        Ok(Self { source, root })
+    }
+
+    /// Reads and parses a file.
+    pub fn read(path: &Path) -> Result<Self, Problem> {
+        Self::parse(path.display().to_string(), read_text(path)?)
+    }
+
+    /// Lays `KEY=VALUE` over the document: KEY a dotted path, VALUE as TOML.
+    pub fn set(&mut self, assignment: &str) -> Result<(), Problem> {
+        let source = Source::new("--set", assignment);
+        let whole = 0..assignment.len();
+        let Some((key, _)) = assignment.split_once('=') else {
+            return Err(Problem::at(&source, whole, "an override without a value", "expected KEY=VALUE"));
+        };
+        let tree = parse(&source).map_err(|problem| {
+            problem.help("VALUE is written as TOML: a string needs quotes, as in --set 'controller.law=\"dac\"'")
+        })?;
+        let path = dotted_path(key);
+        let mut node = tree;
+        let mut key_place = node.place.clone();
+        for part in &path {
+            let Value::Table(mut table) = node.value else { break };
+            let Some(entry) = table.remove(part) else {
+                return Err(Problem::at(&source, whole, "an override must be one KEY=VALUE", "found more than that"));
+            };
+            (key_place, node) = (entry.key, entry.node);
+        }
+        self.root.put(&path, key_place, node)
+    }
+
+    /// The file's text, as read.
+    pub fn text(&self) -> &str {
+        &self.source.text
+    }
+
+    /// The file's name in messages.
+    pub fn name(&self) -> &str {
+        &self.source.name
+    }
+
+    /// A problem with the file as a whole.
+    pub fn problem(&self, title: impl Into<String>, label: impl Into<String>) -> Problem {
+        Problem::at(&self.source, 0..0, title, label)
+    }
+}
+
+/// Reads a text file; the problem says which and why.
+pub(crate) fn read_text(path: &Path) -> Result<String, Problem> {
+    let bytes =
+        std::fs::read(path).map_err(|error| Problem::bare(format!("cannot read {}: {error}", path.display())))?;
+    String::from_utf8(bytes).map_err(|error| Problem::bare(format!("{} is not UTF-8 text: {error}", path.display())))
+}
+
+impl Node {
+    fn put(&mut self, path: &[String], key: Place, node: Node) -> Result<(), Problem> {
+        let Some((first, rest)) = path.split_first() else {
+            *self = node;
+            return Ok(());
+        };
+        let kind = self.value.kind();
+        let Value::Table(table) = &mut self.value else {
+            let title = format!("`{first}` cannot be set inside {kind}");
+            return Err(Problem::at(&key.source, key.span, title, format!("found {kind} there, expected a table")));
+        };
+        let place = key.clone();
+        let entry = table.entry(first.clone()).or_insert_with(|| Entry {
+            key: place.clone(),
+            node: Node { place, value: Value::Table(BTreeMap::new()) },
+        });
+        if rest.is_empty() {
+            entry.key = key.clone();
+        }
+        entry.node.put(rest, key, node)
+    }
+}
+
+impl Value {
+    /// For messages: what it is.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Integer(_) => "an integer",
+            Self::Float(_) => "a number",
+            Self::Boolean(_) => "a boolean",
+            Self::Text(_) => "a string",
+            Self::Array(_) => "an array",
+            Self::Table(_) => "a table",
+            Self::Other(kind) => kind,
+        }
+    }
+
+    /// For messages: the value itself where it is short, else its kind.
+    pub fn found(&self) -> String {
+        match self {
+            Self::Integer(value) => value.to_string(),
+            Self::Float(value) => value.to_string(),
+            Self::Boolean(value) => value.to_string(),
+            Self::Text(text) if text.len() <= 40 => format!("the string {text:?}"),
+            other => other.kind().to_owned(),
+        }
+    }
+}
+
+fn parse(source: &Arc<Source>) -> Result<Node, Problem> {
+    match DeTable::parse(&source.text) {
+        Ok(table) => {
+            let span = table.span();
+            Ok(Node { place: place(source, span), value: table_value(source, table.get_ref()) })
+        }
+        Err(error) => {
+            let span = error.span().unwrap_or(0..0);
+            Err(Problem::at(source, span, "this is not valid TOML", error.message()))
+        }
+    }
+}
+
+fn place(source: &Arc<Source>, span: Range<usize>) -> Place {
+    Place { source: Arc::clone(source), span }
+}
+
+fn table_value(source: &Arc<Source>, table: &DeTable<'_>) -> Value {
+    let entries = table.iter().map(|(key, value)| {
+        let entry = Entry { key: place(source, key.span()), node: node(source, value) };
+        (key.get_ref().to_string(), entry)
+    });
+    Value::Table(entries.collect())
+}
+
+fn node(source: &Arc<Source>, value: &Spanned<DeValue<'_>>) -> Node {
+    let converted = match value.get_ref() {
+        DeValue::String(text) => Value::Text(text.to_string()),
+        DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix())
+            .map_or(Value::Other("an integer of more than 64 bits"), Value::Integer),
+        DeValue::Float(number) => {
+            number.as_str().parse().map_or(Value::Other("a number beyond the range of f64"), Value::Float)
+        }
+        DeValue::Boolean(value) => Value::Boolean(*value),
+        DeValue::Datetime(_) => Value::Other("a date"),
+        DeValue::Array(items) => Value::Array(items.iter().map(|item| node(source, item)).collect()),
+        DeValue::Table(table) => table_value(source, table),
+    };
+    Node { place: place(source, value.span()), value: converted }
+}
+
+/// The parts of a dotted key; quotes around a part are taken off.
+fn dotted_path(key: &str) -> Vec<String> {
+    key.split('.').map(|part| part.trim().trim_matches(['"', '\'']).to_owned()).collect()
+}

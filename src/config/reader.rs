@@ -1,0 +1,364 @@
+//! Asking a document for its keys.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::document::{Document, Entry, Node, Place, Value};
+use super::problem::{Problem, Problems};
+
+/// Hands out sections and collects every problem they meet.
+pub struct Reader<'d> {
+    document: &'d Document,
+    problems: RefCell<Vec<Problem>>,
+    /// Keys asked for, by the path of their table: what is not in here when
+    /// reading ends is a key that means nothing.
+    asked: RefCell<BTreeMap<String, BTreeSet<String>>>,
+}
+
+/// A table of the document, or the place where it would stand.
+pub struct Section<'r> {
+    reader: &'r Reader<'r>,
+    path: String,
+    place: Place,
+    table: Option<&'r BTreeMap<String, Entry>>,
+}
+
+/// What a number must keep to; every number must be finite besides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// Any finite number.
+    Finite,
+    /// Zero or more.
+    NotNegative,
+    /// More than zero.
+    Positive,
+    /// From the first to the second, both included.
+    Within(f64, f64),
+}
+
+impl<'d> Reader<'d> {
+    /// Starts reading `document`.
+    pub fn new(document: &'d Document) -> Self {
+        Self { document, problems: RefCell::default(), asked: RefCell::default() }
+    }
+
+    /// The table that is the whole document.
+    pub fn root(&self) -> Section<'_> {
+        Section::new(self, String::new(), &self.document.root)
+    }
+
+    /// Reports a problem found by the caller.
+    pub fn report(&self, problem: Problem) {
+        self.problems.borrow_mut().push(problem);
+    }
+
+    /// Ends reading: `value` if nothing was wrong, else all that was, keys
+    /// that nobody asked for included.
+    pub fn finish<T>(self, value: T) -> Result<T, Problems> {
+        self.report_unknown("", &self.document.root);
+        let problems = self.problems.into_inner();
+        if problems.is_empty() { Ok(value) } else { Err(Problems(problems)) }
+    }
+
+    fn report_unknown(&self, path: &str, node: &Node) {
+        match &node.value {
+            Value::Table(table) => {
+                for (name, entry) in table {
+                    let asked = self.asked.borrow();
+                    // A table that nobody opened was reported as a wrong value.
+                    let Some(known) = asked.get(path) else { continue };
+                    if known.contains(name) {
+                        drop(asked);
+                        self.report_unknown(&join(path, name), &entry.node);
+                    } else {
+                        let problem = unknown_key(path, name, &entry.key, known);
+                        drop(asked);
+                        self.report(problem);
+                    }
+                }
+            }
+            Value::Array(items) => {
+                for (index, item) in items.iter().enumerate() {
+                    self.report_unknown(&format!("{path}[{index}]"), item);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+impl<'r> Section<'r> {
+    fn new(reader: &'r Reader<'r>, path: String, node: &'r Node) -> Self {
+        let table = match &node.value {
+            Value::Table(table) => Some(table),
+            other => {
+                let title = format!("`{path}` must be a table");
+                let label = format!("found {}, expected a table", other.found());
+                reader.report(Problem::at(&node.place.source, node.place.span.clone(), title, label));
+                None
+            }
+        };
+        if table.is_some() {
+            reader.asked.borrow_mut().entry(path.clone()).or_default();
+        }
+        Self { reader, path, place: node.place.clone(), table }
+    }
+
+    /// Whether the key is there.
+    pub fn has(&self, key: &str) -> bool {
+        self.get(key).is_some()
+    }
+
+    /// The table under `key`; where there is none, one in which every key is
+    /// missing.
+    pub fn section(&self, key: &str) -> Section<'r> {
+        let path = join(&self.path, key);
+        match self.get(key) {
+            Some(entry) => Section::new(self.reader, path, &entry.node),
+            None => Section { reader: self.reader, path, place: self.place.clone(), table: None },
+        }
+    }
+
+    /// The array of tables under `key`; empty where there is none.
+    pub fn sections(&self, key: &str) -> Vec<Section<'r>> {
+        let path = join(&self.path, key);
+        let Some(entry) = self.get(key) else { return Vec::new() };
+        match &entry.node.value {
+            Value::Array(items) => items
+                .iter()
+                .enumerate()
+                .map(|(index, item)| Section::new(self.reader, format!("{path}[{index}]"), item))
+                .collect(),
+            other => {
+                self.complain(key, &format!("found {}, expected an array of tables, [[{path}]]", other.found()));
+                Vec::new()
+            }
+        }
+    }
+
+    /// A number that must be given. Where it is missing or wrong that is
+    /// reported, and NaN stands in for it.
+    pub fn number(&self, key: &str, bound: Bound) -> f64 {
+        self.number_or_none(key, bound).unwrap_or_else(|| {
+            self.missing_unless_present(key, &bound.expected());
+            f64::NAN
+        })
+    }
+
+    /// A number, or `default` where it is not given.
+    pub fn number_or(&self, key: &str, default: f64, bound: Bound) -> f64 {
+        self.number_or_none(key, bound).unwrap_or(default)
+    }
+
+    /// A number, or nothing where it is not given.
+    pub fn number_or_none(&self, key: &str, bound: Bound) -> Option<f64> {
+        let entry = self.get(key)?;
+        let number = as_number(&entry.node.value);
+        match number.filter(|&number| bound.holds(number)) {
+            Some(number) => Some(number),
+            None => {
+                self.complain(key, &format!("found {}, expected {}", entry.node.value.found(), bound.expected()));
+                None
+            }
+        }
+    }
+
+    /// A fixed number of numbers, such as a point.
+    pub fn numbers<const N: usize>(&self, key: &str, bound: Bound) -> [f64; N] {
+        let expected = format!("an array of {N} numbers, each {}", bound.expected());
+        let Some(entry) = self.get(key) else {
+            self.missing_unless_present(key, &expected);
+            return [f64::NAN; N];
+        };
+        let items: Vec<f64> = match &entry.node.value {
+            Value::Array(items) => items.iter().filter_map(|item| as_number(&item.value)).collect(),
+            _ => Vec::new(),
+        };
+        let whole = matches!(&entry.node.value, Value::Array(all) if all.len() == items.len());
+        match <[f64; N]>::try_from(items) {
+            Ok(numbers) if whole && numbers.iter().all(|&number| bound.holds(number)) => numbers,
+            _ => {
+                self.complain(key, &format!("found {}, expected {expected}", entry.node.value.found()));
+                [f64::NAN; N]
+            }
+        }
+    }
+
+    /// A whole number from `least` to `most` that must be given.
+    pub fn integer(&self, key: &str, least: i64, most: i64) -> i64 {
+        if !self.has(key) {
+            self.missing_unless_present(key, &format!("a whole number from {least} to {most}"));
+        }
+        self.integer_or(key, least, least, most)
+    }
+
+    /// A whole number from `least` to `most`, or `default` where it is not given.
+    pub fn integer_or(&self, key: &str, default: i64, least: i64, most: i64) -> i64 {
+        let Some(entry) = self.get(key) else { return default };
+        match entry.node.value {
+            Value::Integer(number) if (least..=most).contains(&number) => number,
+            ref other => {
+                let found = other.found();
+                self.complain(key, &format!("found {found}, expected a whole number from {least} to {most}"));
+                default
+            }
+        }
+    }
+
+    /// `true` or `false`, or `default` where it is not given.
+    pub fn boolean_or(&self, key: &str, default: bool) -> bool {
+        let Some(entry) = self.get(key) else { return default };
+        match entry.node.value {
+            Value::Boolean(value) => value,
+            ref other => {
+                self.complain(key, &format!("found {}, expected true or false", other.found()));
+                default
+            }
+        }
+    }
+
+    /// A string that must be given.
+    pub fn text(&self, key: &str) -> String {
+        self.text_or_none(key).unwrap_or_else(|| {
+            self.missing_unless_present(key, "a string");
+            String::new()
+        })
+    }
+
+    /// A string, or nothing where it is not given.
+    pub fn text_or_none(&self, key: &str) -> Option<String> {
+        match &self.get(key)?.node.value {
+            Value::Text(text) => Some(text.clone()),
+            other => {
+                self.complain(key, &format!("found {}, expected a string", other.found()));
+                None
+            }
+        }
+    }
+
+    /// One of a few words, each with its meaning; the first is the default
+    /// where `key` is not required.
+    pub fn choice<T: Copy>(&self, key: &str, words: &[(&str, T)], required: bool) -> T {
+        let list = words.iter().map(|(word, _)| format!("{word:?}")).collect::<Vec<_>>().join(", ");
+        let (_, default) = words[0];
+        let Some(entry) = self.get(key) else {
+            if required {
+                self.missing_unless_present(key, &format!("one of {list}"));
+            }
+            return default;
+        };
+        let chosen = match &entry.node.value {
+            Value::Text(text) => words.iter().find(|(word, _)| word == text),
+            _ => None,
+        };
+        chosen.map_or_else(
+            || {
+                self.complain(key, &format!("found {}, expected one of {list}", entry.node.value.found()));
+                default
+            },
+            |&(_, meaning)| meaning,
+        )
+    }
+
+    /// Names of the keys that are given, without asking for any.
+    pub fn keys(&self) -> Vec<&'r str> {
+        self.table.map(|table| table.keys().map(String::as_str).collect()).unwrap_or_default()
+    }
+
+    /// Reports that the value of `key` will not do; `label` says what was
+    /// found and what was expected.
+    pub fn complain(&self, key: &str, label: &str) {
+        self.reader.report(self.problem(key, &format!("`{}` will not do", join(&self.path, key)), label));
+    }
+
+    /// A problem at the value of `key`, or at the section where it is missing.
+    pub fn problem(&self, key: &str, title: &str, label: &str) -> Problem {
+        let place = match self.table.and_then(|table| table.get(key)) {
+            Some(entry) => &entry.node.place,
+            None => &self.place,
+        };
+        Problem::at(&place.source, place.span.clone(), title, label)
+    }
+
+    /// Reports a problem made with [`Self::problem`].
+    pub fn report(&self, problem: Problem) {
+        self.reader.report(problem);
+    }
+
+    fn get(&self, key: &str) -> Option<&'r Entry> {
+        let mut asked = self.reader.asked.borrow_mut();
+        asked.entry(self.path.clone()).or_default().insert(key.to_owned());
+        self.table?.get(key)
+    }
+
+    fn missing_unless_present(&self, key: &str, expected: &str) {
+        if !self.has(key) {
+            let title = format!("`{}` is missing", join(&self.path, key));
+            let start = self.place.span.start;
+            let problem = Problem::at(
+                &self.place.source,
+                start..self.place.span.end.min(start + 1),
+                title,
+                format!("found no `{key}` in {}, expected {expected}", table_name(&self.path)),
+            );
+            self.reader.report(problem);
+        }
+    }
+}
+
+impl Bound {
+    fn holds(self, number: f64) -> bool {
+        number.is_finite()
+            && match self {
+                Self::Finite => true,
+                Self::NotNegative => number >= 0.0,
+                Self::Positive => number > 0.0,
+                Self::Within(least, most) => (least..=most).contains(&number),
+            }
+    }
+
+    fn expected(self) -> String {
+        match self {
+            Self::Finite => "a finite number".to_owned(),
+            Self::NotNegative => "a finite number, 0 or more".to_owned(),
+            Self::Positive => "a finite number above 0".to_owned(),
+            Self::Within(least, most) => format!("a number from {least} to {most}"),
+        }
+    }
+}
+
+fn as_number(value: &Value) -> Option<f64> {
+    match *value {
+        Value::Float(number) => Some(number),
+        Value::Integer(number) => Some(number as f64),
+        _ => None,
+    }
+}
+
+fn unknown_key(path: &str, name: &str, key: &Place, known: &BTreeSet<String>) -> Problem {
+    let title = format!("unknown key `{}`", join(path, name));
+    let list = known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let label = format!("found `{name}`, expected one of {list}");
+    let problem = Problem::at(&key.source, key.span.clone(), title, label);
+    match nearest(name, known.iter().map(String::as_str)) {
+        Some(name) => problem.help(format!("did you mean `{name}`?")),
+        None => problem,
+    }
+}
+
+/// The name most like `wanted`, if one is like it at all.
+pub(crate) fn nearest<'n>(wanted: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
+    names
+        .map(|name| (strsim::jaro_winkler(wanted, name), name))
+        .filter(|(likeness, _)| *likeness > 0.8)
+        .max_by(|(a, _), (b, _)| a.total_cmp(b))
+        .map(|(_, name)| name)
+}
+
+fn join(path: &str, key: &str) -> String {
+    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
+}
+
+fn table_name(path: &str) -> String {
+    if path.is_empty() { "the file".to_owned() } else { format!("[{path}]") }
+}

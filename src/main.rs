@@ -1,0 +1,2 @@
+//! The `canloop` program.
+fn main() {}
