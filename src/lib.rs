@@ -1,9 +1,13 @@
 //! canloop closes a robot's control loop over a CAN bus.
 
 pub mod config;
+pub mod control;
 pub mod event;
 pub mod frame;
+pub mod odometry;
+pub mod path;
 pub mod robot;
+pub mod safety;
 pub mod schema;
 pub mod time;
 pub mod wheels;

@@ -1,6 +1,7 @@
 //! The two-wheeled robot: kinematics (eq 1-2) and inertia (eq 5). The plant
 //! holds one as the truth, the stack another as its belief.
 
+use crate::config::{Bound, Section};
 use crate::wheels::Wheels;
 
 /// Geometry and inertia of the robot and of the load it carries.
@@ -80,8 +81,40 @@ pub struct MassMatrix {
 }
 
 impl Robot {
-    /// Body speeds from wheel speeds (rad/s), eq 1-2. Linear, so it serves
-    /// wheel angles and accelerations too.
+    /// Reads a `[robot]` section. What it leaves out is taken from `fallback`;
+    /// without one everything must be there.
+    pub fn read(section: &Section<'_>, fallback: Option<&Self>) -> Self {
+        let number = |section: &Section<'_>, key: &str, bound: Bound, other: Option<f64>| match other {
+            Some(default) => section.number_or(key, default, bound),
+            None => section.number(key, bound),
+        };
+        let own = |key: &str, bound: Bound, field: fn(&Self) -> f64| number(section, key, bound, fallback.map(field));
+        let models = match fallback {
+            Some(Self { model: Model::RigidBody, .. }) => [("rigid-body", Model::RigidBody), ("paper", Model::Paper)],
+            _ => [("paper", Model::Paper), ("rigid-body", Model::RigidBody)],
+        };
+        let load = section.section("load");
+        let of_load = |key: &str, bound: Bound, field: fn(&Load) -> f64| {
+            number(&load, key, bound, fallback.map(|robot| field(&robot.load)))
+        };
+        Self {
+            model: section.choice("model", &models, false),
+            mass_kg: own("mass_kg", Bound::Positive, |robot| robot.mass_kg),
+            inertia_kg_m2: own("inertia_kg_m2", Bound::Positive, |robot| robot.inertia_kg_m2),
+            half_track_m: own("half_track_m", Bound::Positive, |robot| robot.half_track_m),
+            wheel_radius_m: own("wheel_radius_m", Bound::Positive, |robot| robot.wheel_radius_m),
+            wheel_inertia_kg_m2: own("wheel_inertia_kg_m2", Bound::NotNegative, |robot| robot.wheel_inertia_kg_m2),
+            motor_inertia_kg_m2: own("motor_inertia_kg_m2", Bound::NotNegative, |robot| robot.motor_inertia_kg_m2),
+            gear_ratio: own("gear_ratio", Bound::Positive, |robot| robot.gear_ratio),
+            load: Load {
+                mass_kg: of_load("mass_kg", Bound::NotNegative, |load| load.mass_kg),
+                cog_distance_m: of_load("cog_distance_m", Bound::NotNegative, |load| load.cog_distance_m),
+                cog_angle_rad: of_load("cog_angle_rad", Bound::Finite, |load| load.cog_angle_rad),
+            },
+        }
+    }
+
+    /// Body speeds from wheel speeds (rad/s), eq 1-2.
     pub fn twist(&self, wheel_speed_rad_s: Wheels<f64>) -> Twist {
         let Wheels { right, left } = wheel_speed_rad_s;
         Twist {
@@ -90,13 +123,12 @@ impl Robot {
         }
     }
 
-    /// Wheel speeds, rad/s, that give the body these speeds: eq 1-2 solved.
-    pub fn wheel_speeds(&self, twist: Twist) -> Wheels<f64> {
-        let turn = self.half_track_m * twist.yaw_rate_rad_s;
-        Wheels {
-            right: (twist.speed_m_s + turn) / self.wheel_radius_m,
-            left: (twist.speed_m_s - turn) / self.wheel_radius_m,
-        }
+    /// Eq 1-2 solved for the wheels. They are linear: a distance (m) and a turn
+    /// (rad) give wheel angles (rad), speeds give speeds, accelerations
+    /// accelerations.
+    pub fn wheels(&self, forward: f64, turn: f64) -> Wheels<f64> {
+        let side = self.half_track_m * turn;
+        Wheels { right: (forward + side) / self.wheel_radius_m, left: (forward - side) / self.wheel_radius_m }
     }
 
     /// Mass of robot and load together, kg.
@@ -159,6 +191,15 @@ impl Pose {
     pub fn distance_m(&self, other: &Self) -> f64 {
         libm::hypot(self.x_m - other.x_m, self.y_m - other.y_m)
     }
+
+    /// Reads a section of `x_m`, `y_m`, `heading_rad`.
+    pub fn read(section: &Section<'_>) -> Self {
+        Self {
+            x_m: section.number("x_m", Bound::Finite),
+            y_m: section.number("y_m", Bound::Finite),
+            heading_rad: section.number("heading_rad", Bound::Finite),
+        }
+    }
 }
 
 /// `angle` brought into `[-pi, pi]`.
@@ -200,7 +241,8 @@ mod tests {
     fn wheel_speeds_undo_the_twist() {
         let robot = paper(80.0);
         let wheels = Wheels { right: 1.7, left: -0.4 };
-        let back = robot.wheel_speeds(robot.twist(wheels));
+        let twist = robot.twist(wheels);
+        let back = robot.wheels(twist.speed_m_s, twist.yaw_rate_rad_s);
         assert!((back - wheels).all(|error| error.abs() < 1e-14));
     }
 

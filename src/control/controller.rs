@@ -1,0 +1,87 @@
+//! Guidance and law in one: from how the robot moves to torque.
+
+use crate::config::Section;
+use crate::path::{Path, Reference};
+use crate::robot::{Pose, Robot};
+use crate::wheels::Wheels;
+
+use super::guidance::{Guidance, PoseLoop, Sampling};
+use super::law::{Law, LawConfig, Measured, Target};
+
+/// All that a controller is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControllerConfig {
+    /// What the controller believes the robot to be.
+    pub belief: Robot,
+    /// Where it should go.
+    pub path: Path,
+    /// How it gets to the path.
+    pub pose_loop: PoseLoop,
+    /// How the wheels get to their targets.
+    pub law: LawConfig,
+    /// T, s.
+    pub period_s: f64,
+}
+
+/// Leads the robot along its path, one period at a time.
+pub struct Controller {
+    guidance: Guidance,
+    law: Box<dyn Law + Send>,
+}
+
+/// What the controller makes of one period.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Decision {
+    /// How the wheels should turn.
+    pub target: Target,
+    /// With what torque, N m; neither limited nor checked.
+    pub torque_nm: Wheels<f64>,
+}
+
+impl ControllerConfig {
+    /// Reads `[path]` and `[controller]`; what `[controller.model]` leaves out
+    /// of the robot is as in `robot`.
+    pub fn read(root: &Section<'_>, robot: &Robot, period_s: f64) -> Self {
+        let section = root.section("controller");
+        Self {
+            belief: Robot::read(&section.section("model"), Some(robot)),
+            path: Path::read(&root.section("path")),
+            pose_loop: PoseLoop::read(&section),
+            law: LawConfig::read(&section, period_s),
+            period_s,
+        }
+    }
+
+    /// Builds the controller.
+    pub fn build(&self, sampling: Sampling) -> Controller {
+        let path = self.path.clone();
+        Controller {
+            guidance: Guidance::new(path, self.belief, self.period_s, self.pose_loop, sampling),
+            law: self.law.build(&self.belief, self.period_s),
+        }
+    }
+}
+
+impl Controller {
+    /// Goes back to the path's beginning and forgets the past.
+    pub fn reset(&mut self) {
+        self.guidance.reset();
+        self.law.reset();
+    }
+
+    /// The path at this tick.
+    pub fn reference(&self) -> &Reference {
+        self.guidance.reference()
+    }
+
+    /// Goes on to the next tick.
+    pub fn advance(&mut self) {
+        self.guidance.advance();
+    }
+
+    /// Decides this tick's torque. To be asked once a tick.
+    pub fn decide(&mut self, pose: &Pose, measured: &Measured) -> Decision {
+        let target = self.guidance.target(pose);
+        Decision { target, torque_nm: self.law.torque_nm(&target, measured) }
+    }
+}

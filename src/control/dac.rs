@@ -1,0 +1,81 @@
+//! Digital acceleration control, eq 12.
+
+use crate::robot::MassMatrix;
+use crate::wheels::Wheels;
+
+use super::law::{Law, Measured, Target};
+
+/// Eq 12 as printed:
+/// `tau(k) = tau(k-1) + M { theta''* - theta'' + K_D e' + K_P e }`.
+///
+/// tau(k-1) is its own last command. That is what acts only where a torque acts
+/// at once; over a bus it acts a period late, and the loop rings.
+pub struct Dac {
+    pd: Pd,
+    last_command_nm: Wheels<f64>,
+}
+
+/// Eq 12 fed with the torque that was applied while the measured acceleration
+/// happened, both through the same low-pass: a disturbance observer.
+///
+/// `f(k) = f(k-1) + alpha { tau_applied - M theta''_measured - f(k-1) }`,
+/// `tau = f + M { theta''* + K_D e' + K_P e }`. With alpha 1 and no delay this
+/// is eq 12 again.
+pub struct DacMatched {
+    pd: Pd,
+    filter: f64,
+    disturbance_nm: Wheels<f64>,
+}
+
+/// What both share: M times the acceleration that the error asks for.
+struct Pd {
+    mass: MassMatrix,
+    kd_per_s: f64,
+    kp_per_s2: f64,
+}
+
+impl Dac {
+    /// The law for a robot of inertia `mass`.
+    pub fn new(mass: MassMatrix, kd_per_s: f64, kp_per_s2: f64) -> Self {
+        Self { pd: Pd { mass, kd_per_s, kp_per_s2 }, last_command_nm: Wheels::default() }
+    }
+}
+
+impl DacMatched {
+    /// The law for a robot of inertia `mass`; `filter` is alpha, `0..=1`.
+    pub fn new(mass: MassMatrix, kd_per_s: f64, kp_per_s2: f64, filter: f64) -> Self {
+        Self { pd: Pd { mass, kd_per_s, kp_per_s2 }, filter, disturbance_nm: Wheels::default() }
+    }
+}
+
+impl Law for Dac {
+    fn torque_nm(&mut self, target: &Target, measured: &Measured) -> Wheels<f64> {
+        let missing = self.pd.acceleration_rad_s2(target, measured) - measured.acceleration_rad_s2;
+        self.last_command_nm = self.last_command_nm + self.pd.mass.times(missing);
+        self.last_command_nm
+    }
+
+    fn reset(&mut self) {
+        self.last_command_nm = Wheels::default();
+    }
+}
+
+impl Law for DacMatched {
+    fn torque_nm(&mut self, target: &Target, measured: &Measured) -> Wheels<f64> {
+        let unexplained_nm = measured.torque_nm - self.pd.mass.times(measured.acceleration_rad_s2);
+        self.disturbance_nm = self.disturbance_nm + (unexplained_nm - self.disturbance_nm) * self.filter;
+        self.disturbance_nm + self.pd.mass.times(self.pd.acceleration_rad_s2(target, measured))
+    }
+
+    fn reset(&mut self) {
+        self.disturbance_nm = Wheels::default();
+    }
+}
+
+impl Pd {
+    fn acceleration_rad_s2(&self, target: &Target, measured: &Measured) -> Wheels<f64> {
+        let error_rad = target.angle_rad - measured.angle_rad;
+        let error_rad_s = target.speed_rad_s - measured.speed_rad_s;
+        target.acceleration_rad_s2 + error_rad_s * self.kd_per_s + error_rad * self.kp_per_s2
+    }
+}

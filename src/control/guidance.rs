@@ -1,0 +1,195 @@
+//! From a path to wheel targets: directly, or through a loop on the pose.
+
+use crate::config::{Bound, Section};
+use crate::path::{Path, Reference};
+use crate::robot::{Pose, Robot, wrap_angle_rad};
+use crate::wheels::Wheels;
+
+use super::law::Target;
+
+/// Leads the wheels along a path, one period at a time.
+pub struct Guidance {
+    path: Path,
+    robot: Robot,
+    period_s: f64,
+    pose_loop: PoseLoop,
+    sampling: Sampling,
+    /// Periods since motion began.
+    tick: u64,
+    /// Wheel angles and speeds of the tick before.
+    last: Target,
+    /// The path at this tick and the two after it.
+    ahead: [Reference; 3],
+}
+
+/// How the wheels are measured and how soon a torque acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sampling {
+    /// Speeds are exact and a torque acts at once: the paper's own simulation.
+    Exact,
+    /// Speeds are differences of encoder positions, and a torque acts in the
+    /// period after the next SYNC. Targets are made to match.
+    OverBus,
+}
+
+/// What turns a pose error into wheel targets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PoseLoop {
+    /// Nothing: the wheels follow the path's own angles, as in the paper.
+    None,
+    /// A tracking law after Kanayama and others (1990) on odometry.
+    Kanayama(Kanayama),
+}
+
+/// Gains and limits of the pose loop:
+/// `v = v* cos e_phi + kx e_x`,
+/// `w = w* + (|v*| + v0) ky e_y + kphi sin e_phi`.
+///
+/// The lateral error cannot shrink while the speed is zero, which is what v0
+/// is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kanayama {
+    /// 1/s.
+    pub kx_per_s: f64,
+    /// 1/m^2.
+    pub ky_per_m2: f64,
+    /// 1/s.
+    pub kphi_per_s: f64,
+    /// m/s.
+    pub v0_m_s: f64,
+    /// Limit of the forward speed asked for, m/s.
+    pub speed_limit_m_s: f64,
+    /// Limit of the yaw rate asked for, rad/s.
+    pub yaw_rate_limit_rad_s: f64,
+    /// Limit of the wheel acceleration asked for, rad/s^2.
+    pub wheel_acceleration_limit_rad_s2: f64,
+}
+
+impl Guidance {
+    /// Leads a robot believed to be `robot` along `path`.
+    pub fn new(path: Path, robot: Robot, period_s: f64, pose_loop: PoseLoop, sampling: Sampling) -> Self {
+        let ahead = [Reference::default(); 3];
+        let mut guidance = Self { path, robot, period_s, pose_loop, sampling, tick: 0, last: Target::default(), ahead };
+        guidance.reset();
+        guidance
+    }
+
+    /// Goes back to the path's beginning.
+    pub fn reset(&mut self) {
+        self.tick = 0;
+        self.last = Target::default();
+        self.ahead = [0.0, 1.0, 2.0].map(|ticks| self.path.at(ticks * self.period_s));
+    }
+
+    /// The path at this tick.
+    pub fn reference(&self) -> &Reference {
+        &self.ahead[0]
+    }
+
+    /// Goes on to the next tick.
+    pub fn advance(&mut self) {
+        self.tick += 1;
+        let beyond = self.path.at((self.tick + 2) as f64 * self.period_s);
+        self.ahead = [self.ahead[1], self.ahead[2], beyond];
+    }
+
+    /// How the wheels should turn at this tick, with the robot at `pose`.
+    /// To be asked once a tick.
+    pub fn target(&mut self, pose: &Pose) -> Target {
+        let target = match self.pose_loop {
+            PoseLoop::None => self.along_the_path(),
+            PoseLoop::Kanayama(gains) => self.towards_the_path(&gains, pose),
+        };
+        self.last = target;
+        target
+    }
+
+    fn along_the_path(&self) -> Target {
+        let [now, next, beyond] = &self.ahead;
+        let angle_rad = now.wheel_angles_rad(&self.robot);
+        match self.sampling {
+            Sampling::Exact => Target {
+                angle_rad,
+                speed_rad_s: now.wheel_speeds_rad_s(&self.robot),
+                acceleration_rad_s2: now.wheel_accelerations_rad_s2(&self.robot),
+            },
+            Sampling::OverBus => {
+                let gained = beyond.wheel_speeds_rad_s(&self.robot) - next.wheel_speeds_rad_s(&self.robot);
+                Target {
+                    angle_rad,
+                    speed_rad_s: (angle_rad - self.last.angle_rad) * (1.0 / self.period_s),
+                    acceleration_rad_s2: gained * (1.0 / self.period_s),
+                }
+            }
+        }
+    }
+
+    fn towards_the_path(&self, gains: &Kanayama, pose: &Pose) -> Target {
+        let wanted = gains.wheel_speeds(&self.robot, &self.ahead[0], pose);
+        let step = gains.wheel_acceleration_limit_rad_s2 * self.period_s;
+        let last = self.last.speed_rad_s;
+        let speed_rad_s = last + (wanted - last).map(|change| change.clamp(-step, step));
+        Target {
+            angle_rad: self.last.angle_rad + (speed_rad_s + last) * (0.5 * self.period_s),
+            speed_rad_s,
+            acceleration_rad_s2: (speed_rad_s - last) * (1.0 / self.period_s),
+        }
+    }
+}
+
+impl PoseLoop {
+    /// Reads `pose_loop` and its gains from a `[controller]` section.
+    pub fn read(section: &Section<'_>) -> Self {
+        if !section.choice("pose_loop", &[("none", false), ("kanayama", true)], false) {
+            return Self::None;
+        }
+        let gains = section.section("kanayama");
+        let default = Kanayama::default();
+        let number = |key: &str, default: f64, bound: Bound| gains.number_or(key, default, bound);
+        Self::Kanayama(Kanayama {
+            kx_per_s: number("kx_per_s", default.kx_per_s, Bound::NotNegative),
+            ky_per_m2: number("ky_per_m2", default.ky_per_m2, Bound::NotNegative),
+            kphi_per_s: number("kphi_per_s", default.kphi_per_s, Bound::NotNegative),
+            v0_m_s: number("v0_m_s", default.v0_m_s, Bound::NotNegative),
+            speed_limit_m_s: number("speed_limit_m_s", default.speed_limit_m_s, Bound::Positive),
+            yaw_rate_limit_rad_s: number("yaw_rate_limit_rad_s", default.yaw_rate_limit_rad_s, Bound::Positive),
+            wheel_acceleration_limit_rad_s2: number(
+                "wheel_acceleration_limit_rad_s2",
+                default.wheel_acceleration_limit_rad_s2,
+                Bound::Positive,
+            ),
+        })
+    }
+}
+
+impl Default for Kanayama {
+    fn default() -> Self {
+        Self {
+            kx_per_s: 0.3,
+            ky_per_m2: 4.0,
+            kphi_per_s: 2.0,
+            v0_m_s: 0.3,
+            speed_limit_m_s: 0.6,
+            yaw_rate_limit_rad_s: 0.8,
+            wheel_acceleration_limit_rad_s2: 5.0,
+        }
+    }
+}
+
+impl Kanayama {
+    fn wheel_speeds(&self, robot: &Robot, reference: &Reference, pose: &Pose) -> Wheels<f64> {
+        let (dx, dy) = (reference.pose.x_m - pose.x_m, reference.pose.y_m - pose.y_m);
+        let (sin, cos) = libm::sincos(pose.heading_rad);
+        let (ahead_m, left_m) = (cos * dx + sin * dy, cos * dy - sin * dx);
+        let (sin_turn, cos_turn) = libm::sincos(wrap_angle_rad(reference.pose.heading_rad - pose.heading_rad));
+        let path = reference.twist;
+        let speed = path.speed_m_s * cos_turn + self.kx_per_s * ahead_m;
+        let yaw_rate = path.yaw_rate_rad_s
+            + (path.speed_m_s.abs() + self.v0_m_s) * self.ky_per_m2 * left_m
+            + self.kphi_per_s * sin_turn;
+        robot.wheels(
+            speed.clamp(-self.speed_limit_m_s, self.speed_limit_m_s),
+            yaw_rate.clamp(-self.yaw_rate_limit_rad_s, self.yaw_rate_limit_rad_s),
+        )
+    }
+}
