@@ -1,1 +1,25 @@
-//! The other end of the bus: simulated drives with the robot's dynamics behind them.
+//! The other end of the bus: simulated motor drives with the robot's full
+//! dynamics behind them, and the bench that runs the control stack against
+//! them.
+//!
+//! [`plant`] moves as the torques tell it, [`drive`] and [`encoder`] stand
+//! between it and the bus ([`virtual_robot`]), [`wire`] is the bus, [`bench`]
+//! joins it all with the stack in virtual time. Of what happens, [`summary`]
+//! keeps the figures and [`trace`] what pictures are drawn from.
+
+pub mod bench;
+pub mod cli;
+pub mod commands;
+pub mod drive;
+pub mod encoder;
+pub mod expect;
+pub mod findings;
+mod ideal;
+pub mod plant;
+pub mod recording;
+pub mod scenario;
+pub mod summary;
+pub mod torque_csv;
+pub mod trace;
+pub mod virtual_robot;
+pub mod wire;

@@ -1,2 +1,7 @@
 //! The `hil-sim` program.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    hil_sim::cli::main()
+}

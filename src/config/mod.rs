@@ -12,4 +12,4 @@ mod reader;
 
 pub use document::Document;
 pub use problem::{Problem, Problems, Source};
-pub use reader::{Bound, Reader, Section};
+pub use reader::{Bound, Reader, Section, nearest};

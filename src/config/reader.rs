@@ -347,7 +347,7 @@ fn unknown_key(path: &str, name: &str, key: &Place, known: &BTreeSet<String>) ->
 }
 
 /// The name most like `wanted`, if one is like it at all.
-pub(crate) fn nearest<'n>(wanted: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
+pub fn nearest<'n>(wanted: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
     names
         .map(|name| (strsim::jaro_winkler(wanted, name), name))
         .filter(|(likeness, _)| *likeness > 0.8)

@@ -1,0 +1,35 @@
+//! The command line.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::commands::{Failure, paper, plant, run};
+
+/// Impersonates a robot's CAN motor drives, with the robot's dynamics behind them
+#[derive(Debug, Parser)]
+#[command(version, about, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Reproduce the paper: every controller, with and without friction, ideal and over CAN
+    Paper(paper::Args),
+    /// Run scenarios: the control stack over a simulated CAN bus against the simulated robot
+    Run(run::Args),
+    /// Run the plant alone, open loop, from a file of torques
+    Plant(plant::Args),
+}
+
+/// Runs the program.
+pub fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Paper(args) => paper::run(&args),
+        Command::Run(args) => run::run(&args),
+        Command::Plant(args) => plant::run(&args),
+    };
+    result.unwrap_or_else(|failure: Failure| failure.report())
+}

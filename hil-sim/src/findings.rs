@@ -1,0 +1,63 @@
+//! What a run's figures mean, in words, where something went wrong.
+
+use crate::bench::{DIVERGED_M, End, Outcome};
+use crate::scenario::{Link, Scenario};
+use crate::summary::Summary;
+
+use canloop::control::LawConfig;
+use canloop::safety::State;
+
+/// Mean step of torque, as a share of the torque limit, from which on a loop
+/// is said to ring: a healthy one stays a hundred times below.
+const RINGING_SHARE: f64 = 0.05;
+
+/// Everything worth saying about a run that did not go well.
+pub fn findings(scenario: &Scenario, summary: &Summary, outcome: &Outcome) -> Vec<String> {
+    let mut found = Vec::new();
+    if let Some(state @ State::Tripped(_)) = outcome.state {
+        found.push(format!("The stack {}; torque stayed at zero from then on.", state.text()));
+    }
+    if outcome.end == End::Diverged {
+        found.push(format!(
+            "The robot diverged: at {:.3} s it was more than {DIVERGED_M} m from its path, and the run was ended.",
+            summary.simulated_s
+        ));
+    }
+    if rings(scenario, summary) {
+        found.push(format!(
+            "The torque rings: it changes by {:.1} N m from one period to the next, on average.",
+            summary.torque.chatter_nm
+        ));
+    }
+    if !found.is_empty() {
+        found.extend(reason(scenario));
+    }
+    found
+}
+
+fn rings(scenario: &Scenario, summary: &Summary) -> bool {
+    summary.torque.chatter_nm > RINGING_SHARE * scenario.stack.drive.torque_limit_nm
+}
+
+/// Why a law is known to fail where it does.
+fn reason(scenario: &Scenario) -> Option<String> {
+    let text = match (scenario.stack.controller.law, scenario.link) {
+        (LawConfig::Dac { .. }, Link::Can { .. }) => {
+            "Why: over a bus a command acts a period late, so eq 12, which adds to its own last command, corrects the \
+             same error twice: its characteristic polynomial becomes z^2 - z + 1, whose roots lie on the unit circle, \
+             and the loop rings without end. The law `dac-matched` adds to the torque that was really applied while \
+             the measured acceleration happened, and does not."
+        }
+        (LawConfig::DacMatched { filter, .. }, Link::Can { .. }) if filter > 0.9 => {
+            "Why: encoder steps, differentiated twice, reach the torque unfiltered. A `controller.filter` of 0.3 \
+             passes torque and acceleration through the same low-pass, and cures that."
+        }
+        (LawConfig::PiAngle { .. }, _) => {
+            "Why: eq 20 as printed acts on the wheel's angle. On a wheel that is free to turn its characteristic \
+             polynomial, m s^3 + kp s + ki, has no damping term and is unstable whatever the gains. Acting on the \
+             wheel's speed (`pi-speed`) it gives the paper's figures."
+        }
+        _ => return None,
+    };
+    Some(text.to_owned())
+}

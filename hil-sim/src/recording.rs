@@ -1,0 +1,100 @@
+//! One run and all that is kept of it: figures always, a log and samples for
+//! pictures where they are wanted.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use canloop::event::{Event, Sink};
+use canloop::log::{LogContents, LogError, LoggedBus, McapLog, WhenFull};
+use canloop::time::Instant;
+
+use crate::bench;
+use crate::scenario::Scenario;
+use crate::summary::{Gauge, LogFigures, Summary};
+use crate::trace::Trace;
+
+/// Reads a run's events and keeps what is wanted.
+pub struct Recording<'s> {
+    scenario: &'s Scenario,
+    gauge: Gauge,
+    log: Option<McapLog>,
+    trace: Option<Trace>,
+}
+
+impl<'s> Recording<'s> {
+    /// Keeps the figures of a run of `scenario`.
+    pub fn new(scenario: &'s Scenario) -> Self {
+        Self { scenario, gauge: Gauge::new(scenario), log: None, trace: None }
+    }
+
+    /// Keeps everything in an MCAP file, too.
+    pub fn with_log(mut self, path: &Path) -> Result<Self, LogError> {
+        let scenario = self.scenario;
+        let profile = &scenario.stack.profile;
+        let contents = LogContents {
+            buses: vec![LoggedBus { name: "can0", dbcs: &[&profile.dbc] }],
+            attachments: attachments(scenario),
+            metadata: metadata(scenario),
+        };
+        self.log = Some(McapLog::create(path, &contents, WhenFull::Wait)?);
+        Ok(self)
+    }
+
+    /// Keeps samples for pictures, too.
+    pub fn with_trace(mut self, samples: u64) -> Self {
+        self.trace = Some(Trace::new(self.scenario.ticks(), self.scenario.period_s(), samples));
+        self
+    }
+
+    /// Runs the scenario. A log that could not be written to its end is an
+    /// error, but the figures come back all the same.
+    pub fn run(mut self, progress: impl FnMut(u64) -> ControlFlow<()>) -> (Summary, Option<Trace>, Option<LogError>) {
+        let outcome = bench::run(self.scenario, &mut self, progress);
+        let mut summary = self.gauge.summary(self.scenario, &outcome);
+        let mut log_error = None;
+        match self.log.map(McapLog::finish) {
+            Some(Ok(report)) => {
+                summary.log = Some(LogFigures { messages: report.messages, queue_full: report.waits });
+            }
+            Some(Err(error)) => log_error = Some(error),
+            None => {}
+        }
+        (summary, self.trace, log_error)
+    }
+}
+
+impl Sink for Recording<'_> {
+    fn event(&mut self, at: Instant, event: &Event) {
+        self.gauge.event(at, event);
+        if let Some(log) = &mut self.log {
+            log.event(at, event);
+        }
+        if let Some(trace) = &mut self.trace {
+            trace.event(at, event);
+        }
+    }
+}
+
+/// What it takes to understand and repeat the run from its log alone.
+fn attachments(scenario: &Scenario) -> Vec<(String, String, Vec<u8>)> {
+    let profile = &scenario.stack.profile;
+    let overrides = scenario.overrides.iter().map(|set| format!("{set}\n")).collect::<String>();
+    let file = |name: &str, media_type: &str, text: &str| (name.to_owned(), media_type.to_owned(), text.into());
+    vec![
+        file("scenario.toml", "application/toml", &scenario.text),
+        file("overrides.txt", "text/plain", &overrides),
+        file(&format!("{}.toml", profile.name), "application/toml", &profile.toml_text),
+        file(&format!("{}.dbc", profile.name), "text/plain", &profile.dbc.source.text),
+    ]
+}
+
+fn metadata(scenario: &Scenario) -> BTreeMap<String, String> {
+    let entries = [
+        ("program", "hil-sim".to_owned()),
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("scenario", scenario.name.clone()),
+        ("seed", scenario.seed.to_string()),
+    ];
+    entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}

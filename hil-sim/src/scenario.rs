@@ -1,0 +1,182 @@
+//! A scenario: the robot as it is, the stack that drives it, the bus between
+//! them, and what is expected of the run.
+
+use std::path::Path;
+
+use canloop::config::{Bound, Document, Problem, Problems, Reader, Section, nearest};
+use canloop::robot::Robot;
+use canloop::stack::StackConfig;
+use canloop::wheels::Wheels;
+
+use crate::drive::DriveSpec;
+use crate::encoder::Encoder;
+use crate::expect::Expectation;
+use crate::plant::{Friction, Plant};
+
+/// Everything that a run is made from.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// Its name, for folders and summaries.
+    pub name: String,
+    /// Where all randomness comes from.
+    pub seed: u64,
+    /// Simulated time, s.
+    pub duration_s: f64,
+    /// The robot as it is.
+    pub robot: Robot,
+    /// Friction as it is.
+    pub friction: Wheels<Friction>,
+    /// The stack, with what it believes.
+    pub stack: StackConfig,
+    /// What joins the two.
+    pub link: Link,
+    /// What must hold.
+    pub expectations: Vec<Expectation>,
+    /// The file's text, for the log.
+    pub text: String,
+    /// The overrides laid over it, as given.
+    pub overrides: Vec<String>,
+}
+
+/// What joins stack and plant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Link {
+    /// Law and plant joined directly, exact sensors, no frames: the paper's
+    /// own simulation.
+    Ideal,
+    /// Frames over a CAN bus.
+    Can {
+        /// Bit rate, bit/s.
+        bitrate_bit_s: u32,
+    },
+}
+
+/// The scenarios that ship with the program, by name.
+pub const SHIPPED: &[(&str, &str)] = &include!(concat!(env!("OUT_DIR"), "/scenarios.rs"));
+
+impl Scenario {
+    /// Loads a shipped scenario by its name, or a file by its path, with
+    /// `KEY=VALUE` overrides laid over it.
+    pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Self, Problems> {
+        let mut document = open(name_or_path)?;
+        for assignment in overrides {
+            document.set(assignment)?;
+        }
+        let reader = Reader::new(&document);
+        let mut scenario = Self::read(&reader.root());
+        scenario.text = document.text().to_owned();
+        scenario.overrides = overrides.to_vec();
+        reader.finish(scenario)
+    }
+
+    /// Number of periods simulated.
+    pub fn ticks(&self) -> u64 {
+        (self.duration_s / self.period_s()).round() as u64
+    }
+
+    /// T, s.
+    pub fn period_s(&self) -> f64 {
+        self.stack.period.as_secs_f64()
+    }
+
+    /// The plant, at rest at the start.
+    pub fn plant(&self) -> Plant {
+        Plant::new(self.robot, self.friction, self.stack.start)
+    }
+
+    /// The simulated drives.
+    pub fn drive_spec(&self) -> DriveSpec {
+        let drive = &self.stack.drive;
+        DriveSpec {
+            encoder: Encoder { counts_per_turn: drive.counts_per_turn, gear_ratio: self.robot.gear_ratio },
+            torque_limit_nm: drive.torque_limit_nm,
+            torque_step_nm: self.stack.profile.torque_step_nm(),
+            current_loop_s: drive.current_loop_s,
+            command_timeout_periods: self.stack.profile.command_timeout_periods,
+        }
+    }
+
+    fn read(root: &Section<'_>) -> Self {
+        let robot = root.section("robot");
+        let truth = Robot::read(&robot, None);
+        let duration_s = root.number("duration_s", Bound::Within(1e-3, 1e6));
+        let scenario = Self {
+            name: read_name(root),
+            seed: root.integer_or("seed", 0, 0, i64::MAX) as u64,
+            duration_s,
+            friction: read_friction(&robot.section("friction")),
+            stack: StackConfig::read(root, &truth),
+            robot: truth,
+            link: read_link(&root.section("bus")),
+            expectations: root.sections("expect").iter().map(|one| Expectation::read(one, duration_s)).collect(),
+            text: String::new(),
+            overrides: Vec::new(),
+        };
+        if scenario.period_s() > duration_s {
+            root.complain("period_s", &format!("found a period longer than `duration_s`, {duration_s}"));
+        }
+        scenario
+    }
+}
+
+/// The shipped scenario of that name or the file at that path.
+fn open(name_or_path: &str) -> Result<Document, Problem> {
+    if name_or_path.ends_with(".toml") || name_or_path.contains(std::path::MAIN_SEPARATOR) {
+        return Document::read(Path::new(name_or_path));
+    }
+    if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == name_or_path) {
+        return Document::parse(format!("{name}.toml (shipped)"), *text);
+    }
+    let names = || SHIPPED.iter().map(|(name, _)| *name);
+    let problem = Problem::bare(format!("there is no shipped scenario `{name_or_path}`"));
+    Err(match nearest(name_or_path, names()) {
+        Some(name) => problem.help(format!("did you mean `{name}`? A file is given by its path, ending in .toml")),
+        None => problem.help(format!(
+            "shipped are {}; a file is given by its path, ending in .toml",
+            names().collect::<Vec<_>>().join(", ")
+        )),
+    })
+}
+
+/// The name becomes a folder, so it may not lead out of its parent.
+fn read_name(root: &Section<'_>) -> String {
+    let name = root.text("name");
+    let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    if root.has("name") && (name.is_empty() || name.starts_with('.') || !name.chars().all(good)) {
+        root.complain("name", &format!("found {name:?}, expected letters, digits, `-`, `_` and `.`"));
+    }
+    name
+}
+
+fn read_link(bus: &Section<'_>) -> Link {
+    let is_can = bus.choice("link", &[("can", true), ("ideal", false)], false);
+    let bitrate_bit_s = bus.integer_or("bitrate_bit_s", 500_000, 10_000, 1_000_000) as u32;
+    if is_can { Link::Can { bitrate_bit_s } } else { Link::Ideal }
+}
+
+/// Both wheels alike, unless `right` or `left` overrides a number. No section
+/// at all is no friction.
+fn read_friction(section: &Section<'_>) -> Wheels<Friction> {
+    if section.keys().is_empty() {
+        return Wheels::default();
+    }
+    let read = |section: &Section<'_>, both: Option<Friction>| {
+        let number = |key: &str, default: Option<f64>| match default {
+            Some(default) => section.number_or(key, default, Bound::NotNegative),
+            None => section.number(key, Bound::NotNegative),
+        };
+        let friction = Friction {
+            viscous_nm_s_per_rad: number("viscous_nm_s_per_rad", both.map(|both| both.viscous_nm_s_per_rad)),
+            static_nm: number("static_nm", both.map(|both| both.static_nm)),
+            coulomb_nm: number("coulomb_nm", both.map(|both| both.coulomb_nm)),
+            stribeck_s_per_rad: number("stribeck_s_per_rad", both.map(|both| both.stribeck_s_per_rad)),
+        };
+        if friction.static_nm < friction.coulomb_nm {
+            let found = format!("found {}, less than `coulomb_nm`, {}", friction.static_nm, friction.coulomb_nm);
+            section.complain("static_nm", &format!("{found}; expected at least as much"));
+        }
+        friction
+    };
+    let both = read(section, None);
+    Wheels { right: read(&section.section("right"), Some(both)), left: read(&section.section("left"), Some(both)) }
+}

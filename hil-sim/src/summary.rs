@@ -1,0 +1,221 @@
+//! The figures of a run, as `summary.json` holds them.
+
+use canloop::event::{Event, Sink, Tick, Truth};
+use canloop::time::Instant;
+use serde::Serialize;
+
+use crate::bench::{End, Outcome};
+use crate::expect::{Verdict, Watch};
+use crate::scenario::{Link, Scenario};
+
+/// All figures of a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// The scenario's name.
+    pub scenario: String,
+    /// The scenario's seed.
+    pub seed: u64,
+    /// Overrides laid over the scenario.
+    pub overrides: Vec<String>,
+    /// Version of the program.
+    pub version: &'static str,
+    /// Whether all expectations held.
+    pub passed: bool,
+    /// `finished`, `diverged` or `interrupted`.
+    pub end: &'static str,
+    /// Simulated time, s.
+    pub simulated_s: f64,
+    /// T, s.
+    pub period_s: f64,
+    /// Periods simulated.
+    pub ticks: u64,
+    /// The control law.
+    pub law: &'static str,
+    /// `can` or `ideal`.
+    pub link: &'static str,
+    /// What the stack was doing at the end; `null` on an ideal link.
+    pub state: Option<&'static str>,
+    /// How well the robot kept to its path.
+    pub tracking: Tracking,
+    /// What the controller asked of the motors.
+    pub torque: TorqueFigures,
+    /// What crossed the bus.
+    pub bus: BusFigures,
+    /// BLAKE3 over every frame's time, id and data in order: time as 8 bytes
+    /// (ns, little-endian), id as 4 (bit 31 set where it is extended).
+    pub frames_blake3: String,
+    /// What the figures mean, where something went wrong.
+    pub findings: Vec<String>,
+    /// Every expectation and how it fared.
+    pub expectations: Vec<Verdict>,
+    /// What was logged; `null` without a log.
+    pub log: Option<LogFigures>,
+}
+
+/// Errors against the path, at every tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Tracking {
+    /// Root mean square of the position error, m.
+    pub rms_m: f64,
+    /// Largest position error, m.
+    pub max_m: f64,
+    /// Position error at the end, m.
+    pub final_m: f64,
+    /// Heading error at the end, wrapped to +-pi, rad.
+    pub final_heading_rad: f64,
+    /// Largest position error from 30 s on, m; `null` in a shorter run.
+    pub max_after_30s_m: Option<f64>,
+}
+
+/// Torque that the stack sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct TorqueFigures {
+    /// Largest at either wheel, N m.
+    pub max_nm: f64,
+    /// Mean absolute step from sample to sample, right wheel, N m.
+    pub chatter_nm: f64,
+}
+
+/// What crossed the bus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct BusFigures {
+    /// Frames delivered.
+    pub frames: u64,
+    /// Frames lost.
+    pub lost: u64,
+    /// Share of the time that the bus was busy, percent.
+    pub load_percent: f64,
+}
+
+/// What went into the log.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct LogFigures {
+    /// Messages written.
+    pub messages: u64,
+    /// Times that the run waited for the log's queue.
+    pub queue_full: u64,
+}
+
+/// Gathers figures while a run goes on.
+pub struct Gauge {
+    period_s: f64,
+    tracking: Tracking,
+    squares_m2: f64,
+    samples: u64,
+    torque: TorqueFigures,
+    steps_nm: f64,
+    steps: u64,
+    last_right_nm: Option<f64>,
+    frames: blake3::Hasher,
+    /// Frames are hashed in blocks, which is several times faster.
+    block: Vec<u8>,
+    watches: Vec<Watch>,
+}
+
+const BLOCK_BYTES: usize = 64 * 1024;
+
+impl Gauge {
+    /// Nothing gathered yet.
+    pub fn new(scenario: &Scenario) -> Self {
+        let period_s = scenario.period_s();
+        Self {
+            period_s,
+            tracking: Tracking::default(),
+            squares_m2: 0.0,
+            samples: 0,
+            torque: TorqueFigures::default(),
+            steps_nm: 0.0,
+            steps: 0,
+            last_right_nm: None,
+            frames: blake3::Hasher::new(),
+            block: Vec::with_capacity(BLOCK_BYTES + 128),
+            watches: scenario.expectations.iter().map(|expectation| expectation.watch(period_s)).collect(),
+        }
+    }
+
+    /// The figures, once the run is over.
+    pub fn summary(mut self, scenario: &Scenario, outcome: &Outcome) -> Summary {
+        self.frames.update(&self.block);
+        let expectations: Vec<Verdict> = self.watches.iter().map(Watch::verdict).collect();
+        let simulated_s = outcome.ticks as f64 * self.period_s;
+        let rms_m = (self.squares_m2 / self.samples.max(1) as f64).sqrt();
+        let chatter_nm = self.steps_nm / self.steps.max(1) as f64;
+        let mut summary = Summary {
+            scenario: scenario.name.clone(),
+            seed: scenario.seed,
+            overrides: scenario.overrides.clone(),
+            version: env!("CARGO_PKG_VERSION"),
+            passed: outcome.end != End::Interrupted && expectations.iter().all(|verdict| verdict.passed),
+            end: match outcome.end {
+                End::Finished => "finished",
+                End::Diverged => "diverged",
+                End::Interrupted => "interrupted",
+            },
+            simulated_s,
+            period_s: self.period_s,
+            ticks: outcome.ticks,
+            law: scenario.stack.controller.law.name(),
+            link: if scenario.link == Link::Ideal { "ideal" } else { "can" },
+            state: outcome.state.map(|state| state.name()),
+            tracking: Tracking { rms_m, ..self.tracking },
+            torque: TorqueFigures { chatter_nm, ..self.torque },
+            bus: BusFigures {
+                frames: outcome.wire.frames,
+                lost: outcome.wire.lost,
+                load_percent: 100.0 * outcome.wire.busy.as_secs_f64() / simulated_s.max(self.period_s),
+            },
+            frames_blake3: self.frames.finalize().to_hex().to_string(),
+            findings: Vec::new(),
+            expectations,
+            log: None,
+        };
+        summary.findings = crate::findings::findings(scenario, &summary, outcome);
+        summary
+    }
+
+    fn take_truth(&mut self, truth: &Truth) {
+        let error_m = truth.position_error_m;
+        self.samples += 1;
+        self.squares_m2 += error_m * error_m;
+        self.tracking.max_m = self.tracking.max_m.max(error_m);
+        self.tracking.final_m = error_m;
+        self.tracking.final_heading_rad = truth.heading_error_rad;
+        if truth.tick as f64 * self.period_s >= 30.0 - 0.5 * self.period_s {
+            let so_far = self.tracking.max_after_30s_m.unwrap_or(0.0);
+            self.tracking.max_after_30s_m = Some(so_far.max(error_m));
+        }
+    }
+
+    fn take_tick(&mut self, tick: &Tick) {
+        let sent = tick.torque_sent_nm;
+        self.torque.max_nm = self.torque.max_nm.max(sent.right.abs()).max(sent.left.abs());
+        if let Some(last) = self.last_right_nm {
+            self.steps_nm += (sent.right - last).abs();
+            self.steps += 1;
+        }
+        self.last_right_nm = Some(sent.right);
+    }
+}
+
+impl Sink for Gauge {
+    fn event(&mut self, at: Instant, event: &Event) {
+        match event {
+            Event::Frame(crossed) => {
+                let frame = &crossed.frame;
+                let marked_id = frame.id.raw() | u32::from(frame.id.is_extended()) << 31;
+                self.block.extend_from_slice(&at.as_nanos().to_le_bytes());
+                self.block.extend_from_slice(&marked_id.to_le_bytes());
+                self.block.extend_from_slice(frame.payload());
+                if self.block.len() >= BLOCK_BYTES {
+                    self.frames.update(&self.block);
+                    self.block.clear();
+                }
+                return;
+            }
+            Event::Truth(truth) => self.take_truth(truth),
+            Event::Tick(tick) => self.take_tick(tick),
+            Event::Sync(_) | Event::Notice(_) => return,
+        }
+        self.watches.iter_mut().for_each(|watch| watch.event(event));
+    }
+}

@@ -1,0 +1,56 @@
+//! What pictures are drawn from: where the robot was and should have been.
+
+use canloop::event::{Event, Sink, Truth};
+use canloop::robot::Pose;
+use canloop::time::Instant;
+
+/// Samples of a run, a few thousand at most.
+#[derive(Clone, Debug, Default)]
+pub struct Trace {
+    /// In order of time.
+    pub samples: Vec<Sample>,
+    every: u64,
+    period_s: f64,
+    reference: Pose,
+}
+
+/// One moment of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// s since the run began.
+    pub time_s: f64,
+    /// Where the path wanted the robot.
+    pub reference: Pose,
+    /// Where it was.
+    pub pose: Pose,
+    /// How far that is apart, m.
+    pub position_error_m: f64,
+}
+
+impl Trace {
+    /// Keeps about `samples` of a run of `ticks` periods, evenly spread.
+    pub fn new(ticks: u64, period_s: f64, samples: u64) -> Self {
+        Self { every: (ticks / samples).max(1), period_s, ..Self::default() }
+    }
+
+    fn take(&mut self, truth: &Truth) {
+        if truth.tick.is_multiple_of(self.every) {
+            self.samples.push(Sample {
+                time_s: truth.tick as f64 * self.period_s,
+                reference: self.reference,
+                pose: truth.pose,
+                position_error_m: truth.position_error_m,
+            });
+        }
+    }
+}
+
+impl Sink for Trace {
+    fn event(&mut self, _at: Instant, event: &Event) {
+        match event {
+            Event::Sync(sync) => self.reference = sync.reference,
+            Event::Truth(truth) => self.take(truth),
+            _ => {}
+        }
+    }
+}

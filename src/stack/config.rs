@@ -1,0 +1,84 @@
+//! What a stack is made from.
+
+use crate::config::{Bound, Section};
+use crate::control::ControllerConfig;
+use crate::robot::{Pose, Robot};
+use crate::safety::Limits;
+use crate::schema::Profile;
+use crate::time::Duration;
+
+/// All that a stack needs to know.
+#[derive(Clone, Debug)]
+pub struct StackConfig {
+    /// T.
+    pub period: Duration,
+    /// Where the robot stands when the stack starts.
+    pub start: Pose,
+    /// Belief, path and law.
+    pub controller: ControllerConfig,
+    /// The motor drives.
+    pub drive: DriveConfig,
+    /// The frames they speak.
+    pub profile: Profile,
+    /// Limits of the safety gate.
+    pub safety: Limits,
+}
+
+/// The motor drives, as far as their frames do not say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveConfig {
+    /// Encoder counts a turn of the motor shaft.
+    pub counts_per_turn: u32,
+    /// Torque limit at the wheel, N m.
+    pub torque_limit_nm: f64,
+    /// Time constant of the current loop, s; 0 is none.
+    pub current_loop_s: f64,
+}
+
+impl StackConfig {
+    /// Reads everything but the robot itself, which a scenario has as the
+    /// truth. What is wrong is reported to the section's reader.
+    pub fn read(root: &Section<'_>, robot: &Robot) -> Self {
+        let period = read_period(root);
+        let drive = root.section("drive");
+        let (drive, profile) = (DriveConfig::read(&drive), read_profile(&drive));
+        Self {
+            period,
+            start: Pose::read(&root.section("start")),
+            controller: ControllerConfig::read(root, robot, period.as_secs_f64()),
+            drive,
+            profile,
+            safety: Limits::read(&root.section("safety"), drive.torque_limit_nm),
+        }
+    }
+}
+
+impl DriveConfig {
+    /// Reads the numbers of a `[drive]` section.
+    pub fn read(section: &Section<'_>) -> Self {
+        Self {
+            counts_per_turn: section.integer("counts_per_turn", 1, 1 << 30) as u32,
+            torque_limit_nm: section.number("torque_limit_nm", Bound::Positive),
+            current_loop_s: section.number_or("current_loop_s", 0.0, Bound::NotNegative),
+        }
+    }
+}
+
+/// `period_s`: from 10 us, below which no classic bus carries a frame, to 10 s.
+fn read_period(root: &Section<'_>) -> Duration {
+    Duration::from_secs_f64(root.number("period_s", Bound::Within(1e-5, 10.0)))
+}
+
+/// The profile that `[drive]` names: a shipped one or a file. What is wrong
+/// with it is reported, and a shipped one stands in for it.
+fn read_profile(section: &Section<'_>) -> Profile {
+    let name = section.text("profile");
+    let stand_in = || Profile::builtin("wheel_drive").expect("wheel_drive is built in");
+    if name.is_empty() {
+        return stand_in();
+    }
+    Profile::load(&name).unwrap_or_else(|problems| {
+        problems.0.into_iter().for_each(|problem| section.report(problem));
+        stand_in()
+    })
+}
