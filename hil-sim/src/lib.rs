@@ -1,1 +1,3 @@
 //! The other end of the bus: simulated drives with the robot's dynamics behind them.
+
+pub mod plant;
