@@ -1,0 +1,114 @@
+//! The end of a stretch: the instant at which a wheel comes to rest or breaks
+//! loose, found by root finding on the length of the step.
+
+use canloop::wheels::{Wheel, Wheels};
+
+use super::grip::Grip;
+use super::stretch::{Step, Stretch};
+
+/// The instant is known when its bracket is this narrow, s.
+const RESOLUTION_S: f64 = 1e-15;
+/// Or when the margin is this close to zero, rad/s or N m.
+const RESOLUTION: f64 = 1e-13;
+/// When a stretch ends, a wheel slower than this, rad/s, has come to rest.
+const REST_RAD_S: f64 = 1e-12;
+/// A wheel that leaves rest and would be back within this time, s, never left.
+const SHORTEST_SLIP_S: f64 = 1e-7;
+
+impl Stretch<'_> {
+    /// `step` itself if the stretch lasts through it, else the part of it up
+    /// to the end of the stretch.
+    pub fn lasting(&self, step: Step) -> Step {
+        let step = self.dip(&step).unwrap_or(step);
+        if self.margin(&step) < 0.0 { self.up_to_end(step) } else { step }
+    }
+
+    /// The part of `step` up to where a wheel has dipped through zero, though
+    /// it is back at the end. Where acceleration changes sign on the way.
+    fn dip(&self, step: &Step) -> Option<Step> {
+        let turning_s = |wheel: Wheel| {
+            let Grip::Slips(direction) = self.grip[wheel] else { return None };
+            let before = direction * (self.steady_acceleration[wheel] + self.excess_acceleration[wheel]);
+            let after = direction * step.acceleration[wheel];
+            let in_reach = direction * self.speed[wheel] < -before * step.span_s;
+            (before < 0.0 && after > 0.0 && in_reach).then(|| step.span_s * before / (before - after))
+        };
+        let part =
+            |wheel: Wheel| turning_s(wheel).map(|span_s| self.step(span_s)).filter(|part| self.margin(part) < 0.0);
+        part(Wheel::Right).or_else(|| part(Wheel::Left))
+    }
+
+    /// `beyond` goes past the end of the stretch: the step that goes just to it.
+    fn up_to_end(&self, beyond: Step) -> Step {
+        let mut beyond = beyond;
+        while self.returned(&beyond).any(|&returned| returned) {
+            if beyond.span_s < SHORTEST_SLIP_S {
+                return self.holding(self.returned(&beyond)).step(beyond.span_s);
+            }
+            beyond = self.step(0.5 * beyond.span_s);
+        }
+        let start_margin = self.margin(&self.step(0.0));
+        if start_margin < 0.0 || self.margin(&beyond) >= 0.0 {
+            return beyond;
+        }
+        self.at_rest(self.locate(start_margin, beyond))
+    }
+
+    /// Which wheels left rest and came back, so that a root search would only
+    /// find the start.
+    fn returned(&self, step: &Step) -> Wheels<bool> {
+        Wheels::from_fn(|wheel| {
+            let Grip::Slips(direction) = self.grip[wheel] else { return false };
+            self.speed[wheel] == 0.0 && direction * step.speed[wheel] < 0.0
+        })
+    }
+
+    /// The same motion with more wheels held.
+    fn holding(&self, held: Wheels<bool>) -> Self {
+        let grip = held.zip_with(self.grip, |held, grip| if held { Grip::Sticks } else { grip });
+        Self::new(self.dynamics, grip, self.speed, self.torque)
+    }
+
+    /// Regula falsi (Illinois) on the length of the step; the result lies just
+    /// beyond the root, so that what ends the stretch has really happened.
+    fn locate(&self, start_margin: f64, beyond: Step) -> Step {
+        /// More than bisection needs for a second.
+        const TRIES: usize = 64;
+        let (mut low_s, mut low_margin) = (0.0, start_margin);
+        let (mut high, mut high_margin) = (beyond, self.margin(&beyond));
+        let mut last_was_beyond = None;
+        for _ in 0..TRIES {
+            if high.span_s - low_s <= RESOLUTION_S {
+                break;
+            }
+            let guess_s = low_s + (high.span_s - low_s) * low_margin / (low_margin - high_margin);
+            let inside = guess_s > low_s && guess_s < high.span_s;
+            let step = self.step(if inside { guess_s } else { 0.5 * (low_s + high.span_s) });
+            let margin = self.margin(&step);
+            let is_beyond = margin < 0.0;
+            let same_side = last_was_beyond.replace(is_beyond) == Some(is_beyond);
+            if is_beyond {
+                (high, high_margin) = (step, margin);
+                low_margin *= if same_side { 0.5 } else { 1.0 };
+                if margin > -RESOLUTION {
+                    break;
+                }
+            } else {
+                (low_s, low_margin) = (step.span_s, margin);
+                high_margin *= if same_side { 0.5 } else { 1.0 };
+            }
+        }
+        high
+    }
+
+    /// `step` with the wheels that have just come to rest at rest.
+    fn at_rest(&self, step: Step) -> Step {
+        let speed = Wheels::from_fn(|wheel| match self.grip[wheel] {
+            Grip::Slips(direction) if self.speed[wheel] != 0.0 && direction != 0.0 => {
+                if direction * step.speed[wheel] < REST_RAD_S { 0.0 } else { step.speed[wheel] }
+            }
+            _ => step.speed[wheel],
+        });
+        Step { speed, ..step }
+    }
+}

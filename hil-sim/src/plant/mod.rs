@@ -1,0 +1,126 @@
+//! The robot's dynamics: wheel torques in, wheel angles and pose out.
+//!
+//! Sticking is true sticking: a stuck wheel has no speed and no acceleration
+//! at all. The motion is cut into stretches at the instants when a wheel comes
+//! to rest or breaks loose, and within a stretch it is smooth.
+
+mod course;
+mod dynamics;
+mod event;
+mod friction;
+mod grip;
+mod limit;
+mod stretch;
+mod torque;
+
+use canloop::robot::{Pose, Robot};
+use canloop::wheels::Wheels;
+
+use course::Course;
+use dynamics::Dynamics;
+use stretch::{Step, Stretch};
+
+pub use friction::Friction;
+pub use torque::Torque;
+
+/// A wheel turns no faster than this, rad/s, whatever the torque: it keeps
+/// absurd input within finite numbers.
+const FASTEST_RAD_S: f64 = 1e5;
+
+/// The robot on the floor, with motors that give torque.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    dynamics: Dynamics,
+    course: Course,
+    state: State,
+    /// Turn of the body per difference of the wheels' turns.
+    yaw_ratio: f64,
+    refinement: f64,
+}
+
+/// Where the plant is and how it moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State {
+    /// What the wheels have turned since the start, rad.
+    pub angle_rad: Wheels<f64>,
+    /// How fast they turn, rad/s.
+    pub speed_rad_s: Wheels<f64>,
+    /// Where the middle of the axle is.
+    pub pose: Pose,
+}
+
+impl Plant {
+    /// A robot at rest at `start`, its wheel angles zero.
+    pub fn new(robot: Robot, friction: Wheels<Friction>, start: Pose) -> Self {
+        let yaw_ratio = robot.twist(Wheels { right: 1.0, left: 0.0 }).yaw_rate_rad_s;
+        Self {
+            dynamics: Dynamics::new(&robot, friction),
+            course: Course::new(robot, start),
+            state: State { pose: start, ..State::default() },
+            yaw_ratio,
+            refinement: 1.0,
+        }
+    }
+
+    /// The same plant with its internal steps shorter by `factor`, to check
+    /// that results do not depend on them.
+    pub fn with_finer_steps(self, factor: f64) -> Self {
+        Self { refinement: self.refinement * factor, ..self }
+    }
+
+    /// Moves on by `span_s` seconds under this torque, however long that is.
+    /// Nothing happens for zero or less.
+    pub fn advance(&mut self, span_s: f64, torque: Wheels<Torque>) {
+        let mut torque = torque;
+        let mut left_s = span_s;
+        while left_s > 0.0 {
+            let step_s = self.step(left_s, torque);
+            left_s -= step_s;
+            if left_s > 0.0 {
+                torque = torque.map(|torque| torque.after(step_s));
+            }
+        }
+    }
+
+    /// The present state.
+    pub const fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Wheel acceleration, rad/s^2, just now under this torque, N m; zero for
+    /// a wheel that sticks.
+    pub fn acceleration(&self, torque_nm: Wheels<f64>) -> Wheels<f64> {
+        let speed = self.state.speed_rad_s;
+        let grip = self.dynamics.grip(speed, torque_nm);
+        self.dynamics.mobility(grip).times(self.dynamics.net_nm(grip, speed, torque_nm))
+    }
+
+    /// Which wheels are at rest with dry friction holding them.
+    pub fn is_stuck(&self) -> Wheels<bool> {
+        self.state.speed_rad_s.zip_with(*self.dynamics.friction(), |speed, friction| speed == 0.0 && friction.is_dry())
+    }
+
+    /// Gives the wheels these speeds, rad/s, at once, as a start for tests.
+    pub fn set_speed(&mut self, speed_rad_s: Wheels<f64>) {
+        self.state.speed_rad_s = speed_rad_s;
+    }
+
+    /// One step, no longer than `left_s` and not beyond the instant at which
+    /// a wheel comes to rest or breaks loose. Returns its length, s.
+    fn step(&mut self, left_s: f64, torque: Wheels<Torque>) -> f64 {
+        let speed = self.state.speed_rad_s;
+        let grip = self.dynamics.grip(speed, torque.map(|torque| torque.now_nm()));
+        let stretch = Stretch::new(&self.dynamics, grip, speed, torque);
+        let step = stretch.step(stretch.step_limit(left_s, self.refinement, self.yaw_ratio));
+        let step = stretch.lasting(step);
+        self.commit(&step);
+        step.span_s
+    }
+
+    fn commit(&mut self, step: &Step) {
+        self.state.angle_rad = self.state.angle_rad + step.turned;
+        self.state.speed_rad_s = step.speed.map(|speed| speed.clamp(-FASTEST_RAD_S, FASTEST_RAD_S));
+        self.course.follow(step, self.state.angle_rad);
+        self.state.pose = self.course.pose();
+    }
+}

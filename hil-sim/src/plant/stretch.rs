@@ -1,0 +1,145 @@
+//! A stretch of smooth motion: while no wheel comes to rest or breaks loose,
+//! the equations of motion are smooth and a Runge-Kutta step serves.
+
+use canloop::wheels::{Wheel, Wheels};
+
+use super::dynamics::{Dynamics, Mobility};
+use super::grip::Grip;
+use super::torque::Torque;
+
+/// The motion from a given moment on, as long as the grips stay what they are.
+///
+/// A torque's decaying excess is integrated exactly, so it does not limit the
+/// step: the speeds are `u + (what the excess alone adds)`, and the
+/// Runge-Kutta scheme works on `u`.
+pub struct Stretch<'p> {
+    pub dynamics: &'p Dynamics,
+    pub grip: Wheels<Grip>,
+    pub mobility: Mobility,
+    /// Speeds at the start, rad/s.
+    pub speed: Wheels<f64>,
+    /// Acceleration at the start without the excess, rad/s^2.
+    pub steady_acceleration: Wheels<f64>,
+    /// Acceleration at the start by the excess alone, rad/s^2.
+    pub excess_acceleration: Wheels<f64>,
+    /// Without an excess that does not matter.
+    pub torque: Wheels<Torque>,
+    final_nm: Wheels<f64>,
+}
+
+/// Where a step through a stretch leads.
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    /// How long it takes, s.
+    pub span_s: f64,
+    /// At the end.
+    pub speed: Wheels<f64>,
+    /// Since the start, rad.
+    pub turned: Wheels<f64>,
+    /// Half-way in time.
+    pub mid_speed: Wheels<f64>,
+    /// From the start to half-way, rad.
+    pub mid_turned: Wheels<f64>,
+    /// At the end, to the order of the step, rad/s^2.
+    pub acceleration: Wheels<f64>,
+}
+
+/// What the excess torque adds to the motion in a given time.
+#[derive(Clone, Copy, Default)]
+struct Gain {
+    speed: Wheels<f64>,
+    turned: Wheels<f64>,
+}
+
+impl<'p> Stretch<'p> {
+    /// The motion from these speeds on.
+    pub fn new(dynamics: &'p Dynamics, grip: Wheels<Grip>, speed: Wheels<f64>, torque: Wheels<Torque>) -> Self {
+        let torque = torque.map(|torque| if torque.is_constant() { Torque::constant(torque.final_nm) } else { torque });
+        let final_nm = torque.map(|torque| torque.final_nm);
+        let mobility = dynamics.mobility(grip);
+        Self {
+            dynamics,
+            grip,
+            mobility,
+            speed,
+            steady_acceleration: mobility.times(dynamics.net_nm(grip, speed, final_nm)),
+            excess_acceleration: mobility.times(torque.map(|torque| torque.excess_nm)),
+            torque,
+            final_nm,
+        }
+    }
+
+    /// One step of the classical fourth-order Runge-Kutta scheme, with the
+    /// half-way values from its continuous extension of third order.
+    pub fn step(&self, span_s: f64) -> Step {
+        let half_s = 0.5 * span_s;
+        let [mid, end] = self.gains(span_s);
+        let k1 = self.steady_acceleration;
+        let k2 = self.steady_acceleration_at(self.speed + k1 * half_s + mid.speed);
+        let k3 = self.steady_acceleration_at(self.speed + k2 * half_s + mid.speed);
+        let k4 = self.steady_acceleration_at(self.speed + k3 * span_s + end.speed);
+        let k23 = k2 + k3;
+        Step {
+            span_s,
+            speed: self.speed + (k1 + k23 * 2.0 + k4) * (span_s / 6.0) + end.speed,
+            turned: self.speed * span_s + (k1 + k23) * (span_s * span_s / 6.0) + end.turned,
+            mid_speed: self.speed + (k1 * 5.0 + k23 * 4.0 - k4) * (span_s / 24.0) + mid.speed,
+            mid_turned: self.speed * half_s + (k1 * 7.0 + k23 * 3.0 - k4) * (span_s * span_s / 96.0) + mid.turned,
+            acceleration: k4 + self.excess_acceleration_at(span_s),
+        }
+    }
+
+    /// How far the motion is from its end after `step`, negative beyond it:
+    /// the speed of a slipping wheel that is about to come to rest (rad/s), or
+    /// the holding torque that a stuck wheel has in reserve (N m), whichever
+    /// is less. Only the sign and the place of zero mean anything.
+    pub fn margin(&self, step: &Step) -> f64 {
+        let reserve = |wheel: Wheel| {
+            let torque_nm = self.torque.map(|torque| torque.at(step.span_s));
+            let net_nm = self.dynamics.net_nm(self.grip, step.speed, torque_nm);
+            let held_nm = self.dynamics.held_nm(wheel, net_nm, self.mobility.times(net_nm));
+            self.dynamics.friction()[wheel].static_nm - held_nm.abs()
+        };
+        let margin = |wheel: Wheel| match self.grip[wheel] {
+            Grip::Sticks => reserve(wheel),
+            Grip::Slips(direction) => direction * step.speed[wheel],
+        };
+        margin(Wheel::Right).min(margin(Wheel::Left))
+    }
+
+    fn steady_acceleration_at(&self, speed: Wheels<f64>) -> Wheels<f64> {
+        self.mobility.times(self.dynamics.net_nm(self.grip, speed, self.final_nm))
+    }
+
+    fn lags(&self) -> bool {
+        self.torque.any(|torque| torque.excess_nm != 0.0)
+    }
+
+    fn excess_acceleration_at(&self, t_s: f64) -> Wheels<f64> {
+        if !self.lags() {
+            return Wheels::default();
+        }
+        self.mobility.times(self.torque.map(|torque| torque.after(t_s).excess_nm))
+    }
+
+    /// What the excess adds until half-way and until the end.
+    fn gains(&self, span_s: f64) -> [Gain; 2] {
+        if !self.lags() {
+            return [Gain::default(); 2];
+        }
+        let half_s = 0.5 * span_s;
+        let half_decay = self.torque.map(|torque| torque.decay(half_s));
+        [self.gain(half_s, half_decay), self.gain(span_s, half_decay.map(|half| half * half))]
+    }
+
+    /// The first and second integral of the excess acceleration over `t_s`,
+    /// in which each excess falls by the factor `decay`.
+    fn gain(&self, t_s: f64, decay: Wheels<f64>) -> Gain {
+        let impulse =
+            self.torque.zip_with(decay, |torque, decay| torque.excess_nm * torque.time_constant_s * (1.0 - decay));
+        let second = self
+            .torque
+            .zip_with(impulse, |torque, impulse| torque.time_constant_s * (torque.excess_nm * t_s - impulse));
+        Gain { speed: self.mobility.times(impulse), turned: self.mobility.times(second) }
+    }
+}
