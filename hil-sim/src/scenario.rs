@@ -32,7 +32,8 @@ pub struct Scenario {
     pub link: Link,
     /// What must hold.
     pub expectations: Vec<Expectation>,
-    /// The file's text, for the log.
+    /// The file's text, and before it those of the scenarios it is based on,
+    /// for the log.
     pub text: String,
     /// The overrides laid over it, as given.
     pub overrides: Vec<String>,
@@ -58,13 +59,13 @@ impl Scenario {
     /// Loads a shipped scenario by its name, or a file by its path, with
     /// `KEY=VALUE` overrides laid over it.
     pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Self, Problems> {
-        let mut document = open(name_or_path)?;
+        let (mut document, text) = open_with_bases(name_or_path)?;
         for assignment in overrides {
             document.set(assignment)?;
         }
         let reader = Reader::new(&document);
         let mut scenario = Self::read(&reader.root());
-        scenario.text = document.text().to_owned();
+        scenario.text = text;
         scenario.overrides = overrides.to_vec();
         reader.finish(scenario)
     }
@@ -100,6 +101,8 @@ impl Scenario {
         let robot = root.section("robot");
         let truth = Robot::read(&robot, None);
         let duration_s = root.number("duration_s", Bound::Within(1e-3, 1e6));
+        // Followed already, when the document was opened.
+        root.text_or_none("base");
         let scenario = Self {
             name: read_name(root),
             seed: root.integer_or("seed", 0, 0, i64::MAX) as u64,
@@ -117,6 +120,29 @@ impl Scenario {
         }
         scenario
     }
+}
+
+/// A scenario laid over the one it names as its `base`, and that over its own,
+/// with all their texts.
+fn open_with_bases(name_or_path: &str) -> Result<(Document, String), Problem> {
+    const DEEPEST: usize = 8;
+    let mut document = open(name_or_path)?;
+    let mut text = document.text().to_owned();
+    let mut folder = Path::new(name_or_path).parent().map(Path::to_owned).unwrap_or_default();
+    let mut next = document.text_of("base").map(str::to_owned);
+    for _ in 0..DEEPEST {
+        let Some(name) = next else { return Ok((document, text)) };
+        let path = if name.ends_with(".toml") { folder.join(&name).display().to_string() } else { name };
+        let base = open(&path).map_err(|problem| {
+            document.problem_at("base", problem.title, "named here").help(problem.help.unwrap_or_default())
+        })?;
+        next = base.text_of("base").map(str::to_owned);
+        folder = Path::new(&path).parent().map(Path::to_owned).unwrap_or_default();
+        text = format!("{}\n# laid over it:\n{text}", base.text());
+        document.lay_over(base);
+    }
+    let title = format!("scenarios are based on one another more than {DEEPEST} deep");
+    Err(document.problem_at("base", title, "found a circle, or a very long chain"))
 }
 
 /// The shipped scenario of that name or the file at that path.

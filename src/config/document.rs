@@ -85,6 +85,31 @@ impl Document {
         self.root.put(&path, key_place, node)
     }
 
+    /// Fills what this document leaves open from `base`. Tables are joined key
+    /// by key, except that one which says its own `kind` or `law` stands alone:
+    /// the base's other keys are another kind's.
+    pub fn lay_over(&mut self, base: Self) {
+        self.root.lay_over(base.root);
+    }
+
+    /// The string under a key of the outermost table, if there is one.
+    pub fn text_of(&self, key: &str) -> Option<&str> {
+        let Value::Table(table) = &self.root.value else { return None };
+        match &table.get(key)?.node.value {
+            Value::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// A problem with the value of a key of the outermost table.
+    pub fn problem_at(&self, key: &str, title: impl Into<String>, label: impl Into<String>) -> Problem {
+        let place = match &self.root.value {
+            Value::Table(table) => table.get(key).map_or(&self.root.place, |entry| &entry.node.place),
+            _ => &self.root.place,
+        };
+        Problem::at(&place.source, place.span.clone(), title, label)
+    }
+
     /// The file's text, as read.
     pub fn text(&self) -> &str {
         &self.source.text
@@ -93,11 +118,6 @@ impl Document {
     /// The file's name in messages.
     pub fn name(&self) -> &str {
         &self.source.name
-    }
-
-    /// A problem with the file as a whole.
-    pub fn problem(&self, title: impl Into<String>, label: impl Into<String>) -> Problem {
-        Problem::at(&self.source, 0..0, title, label)
     }
 }
 
@@ -109,6 +129,21 @@ pub(crate) fn read_text(path: &Path) -> Result<String, Problem> {
 }
 
 impl Node {
+    fn lay_over(&mut self, base: Self) {
+        let (Value::Table(own), Value::Table(base)) = (&mut self.value, base.value) else { return };
+        if own.contains_key("kind") || own.contains_key("law") {
+            return;
+        }
+        for (key, entry) in base {
+            match own.get_mut(&key) {
+                Some(mine) => mine.node.lay_over(entry.node),
+                None => {
+                    own.insert(key, entry);
+                }
+            }
+        }
+    }
+
     fn put(&mut self, path: &[String], key: Place, node: Node) -> Result<(), Problem> {
         let Some((first, rest)) = path.split_first() else {
             *self = node;
