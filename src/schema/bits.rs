@@ -1,0 +1,170 @@
+//! Where the bits of a signal lie in a frame, compiled once into a window of
+//! bytes, a shift and a mask.
+
+use std::ops::Range;
+
+/// Bytes that a frame can hold; windows are clamped to stay inside.
+const CAPACITY: usize = 64;
+
+/// 1 to 64 consecutive bits of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Bits {
+    /// First byte of the window.
+    first: usize,
+    /// How far right the window moves to bring the lowest bit down to bit 0.
+    shift: u32,
+    /// As many ones as the signal has bits.
+    mask: u64,
+    /// Whether the bits touch nine bytes, so that no `u64` holds them all.
+    wide: bool,
+    order: ByteOrder,
+}
+
+/// Which end of a number comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ByteOrder {
+    /// Little-endian, `@1` in a DBC.
+    Intel,
+    /// Big-endian, `@0` in a DBC.
+    Motorola,
+}
+
+impl Bits {
+    /// Compiles a DBC's `start|len@order`: `start` names the lowest bit of an
+    /// Intel signal and the highest one of a Motorola signal. `None` when that
+    /// is not 1 to 64 bits inside 64 bytes.
+    pub fn new(start: usize, len: usize, order: ByteOrder) -> Option<Self> {
+        let touched = touched_bytes(start, len, order)?;
+        if !(1..=64).contains(&len) || touched.end > CAPACITY {
+            return None;
+        }
+        let wide = touched.len() > 8;
+        let width = if wide { 16 } else { 8 };
+        let first = touched.start.min(CAPACITY - width);
+        let shift = match order {
+            ByteOrder::Intel => start - 8 * first,
+            ByteOrder::Motorola => 8 * (first + width) - (line_position(start) + len),
+        };
+        Some(Self { first, shift: shift as u32, mask: u64::MAX >> (64 - len), wide, order })
+    }
+
+    /// The bits as a number.
+    #[inline]
+    pub fn load(&self, data: &[u8; CAPACITY]) -> u64 {
+        let window = &data[self.first..];
+        if self.wide {
+            (self.to_u128(first_chunk(window)) >> self.shift) as u64 & self.mask
+        } else {
+            (self.to_u64(first_chunk(window)) >> self.shift) & self.mask
+        }
+    }
+
+    /// Puts the lowest bits of `value` in place and leaves all others alone.
+    /// Bits that `data` is too short for are not written.
+    #[inline]
+    pub fn store(&self, data: &mut [u8], value: u64) {
+        let Some(window) = data.get_mut(self.first..) else { return };
+        let value = value & self.mask;
+        if self.wide {
+            edit(window, |bytes| {
+                let kept = self.to_u128(*bytes) & !(u128::from(self.mask) << self.shift);
+                let word = kept | u128::from(value) << self.shift;
+                *bytes = match self.order {
+                    ByteOrder::Intel => word.to_le_bytes(),
+                    ByteOrder::Motorola => word.to_be_bytes(),
+                };
+            });
+        } else {
+            edit(window, |bytes| {
+                let word = self.to_u64(*bytes) & !(self.mask << self.shift) | value << self.shift;
+                *bytes = match self.order {
+                    ByteOrder::Intel => word.to_le_bytes(),
+                    ByteOrder::Motorola => word.to_be_bytes(),
+                };
+            });
+        }
+    }
+
+    /// How many bits there are.
+    pub const fn len(&self) -> u32 {
+        self.mask.count_ones()
+    }
+
+    #[inline]
+    fn to_u64(self, bytes: [u8; 8]) -> u64 {
+        match self.order {
+            ByteOrder::Intel => u64::from_le_bytes(bytes),
+            ByteOrder::Motorola => u64::from_be_bytes(bytes),
+        }
+    }
+
+    #[inline]
+    fn to_u128(self, bytes: [u8; 16]) -> u128 {
+        match self.order {
+            ByteOrder::Intel => u128::from_le_bytes(bytes),
+            ByteOrder::Motorola => u128::from_be_bytes(bytes),
+        }
+    }
+}
+
+/// The bytes that a signal touches, past the end of any frame perhaps;
+/// `None` when it has no bits or too many to count.
+pub(super) fn touched_bytes(start: usize, len: usize, order: ByteOrder) -> Option<Range<usize>> {
+    let first_bit = match order {
+        ByteOrder::Intel => start,
+        ByteOrder::Motorola => line_position(start),
+    };
+    let last_bit = first_bit.checked_add(len.checked_sub(1)?)?;
+    Some(first_bit / 8..last_bit / 8 + 1)
+}
+
+/// A DBC counts bits from the lowest of each byte; this counts from the
+/// highest, in the order of a Motorola signal.
+const fn line_position(bit: usize) -> usize {
+    bit ^ 7
+}
+
+#[inline]
+fn first_chunk<const N: usize>(window: &[u8]) -> [u8; N] {
+    *window.first_chunk().expect("`new` leaves room for the whole window")
+}
+
+/// Changes the first `N` bytes of `window`, or those there are of them.
+#[inline]
+fn edit<const N: usize>(window: &mut [u8], change: impl FnOnce(&mut [u8; N])) {
+    if let Some(bytes) = window.first_chunk_mut() {
+        change(bytes);
+        return;
+    }
+    let mut bytes = [0; N];
+    bytes[..window.len()].copy_from_slice(window);
+    change(&mut bytes);
+    window.copy_from_slice(&bytes[..window.len()]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_signal_must_be_one_to_64_bits_inside_64_bytes() {
+        for (start, len, order) in [
+            (0, 0, ByteOrder::Intel),
+            (0, 65, ByteOrder::Intel),
+            (511, 2, ByteOrder::Intel),
+            (504, 2, ByteOrder::Motorola),
+            (usize::MAX, 64, ByteOrder::Intel),
+        ] {
+            assert_eq!(Bits::new(start, len, order), None, "{start}|{len} {order:?}");
+        }
+    }
+
+    #[test]
+    fn bits_past_a_short_buffer_are_not_written() {
+        let bits = Bits::new(4, 16, ByteOrder::Intel).unwrap();
+        let mut data = [0; 2];
+        bits.store(&mut data, 0xFFFF);
+        assert_eq!(data, [0xF0, 0xFF]);
+        Bits::new(32, 8, ByteOrder::Intel).unwrap().store(&mut data, 0);
+    }
+}

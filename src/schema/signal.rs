@@ -1,0 +1,199 @@
+//! A signal: a number in some bits of a frame, with its unit and scale.
+
+use super::bits::{Bits, ByteOrder};
+
+/// One signal of a message.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signal {
+    /// Name, unique in its message.
+    pub name: String,
+    /// Unit as the DBC writes it; empty when it has none.
+    pub unit: String,
+    /// What it means (`CM_`); empty when the DBC does not say.
+    pub comment: String,
+    /// Least physical value that makes sense; equal to `maximum` when the DBC
+    /// gives no range.
+    pub minimum: f64,
+    /// Greatest physical value that makes sense.
+    pub maximum: f64,
+    /// Physical value of one raw step; finite and not 0.
+    pub factor: f64,
+    /// Physical value of raw 0; finite.
+    pub offset: f64,
+    /// Names of raw values (`VAL_`), in the DBC's order.
+    pub value_names: Vec<(i64, String)>,
+    /// Start bit as the DBC counts: the lowest bit of an Intel signal, the
+    /// highest of a Motorola one.
+    pub start_bit: usize,
+    /// Which end comes first.
+    pub byte_order: ByteOrder,
+    /// How the raw bits are to be read.
+    pub kind: RawKind,
+    pub(super) bits: Bits,
+}
+
+/// How the bits of a signal make a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RawKind {
+    /// A whole number from 0.
+    Unsigned,
+    /// A whole number in two's complement.
+    Signed,
+    /// IEEE 754 binary32, `SIG_VALTYPE_ 1`.
+    Float32,
+    /// IEEE 754 binary64, `SIG_VALTYPE_ 2`.
+    Float64,
+}
+
+/// What the bits of a signal hold, before factor and offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Raw {
+    /// From an unsigned signal.
+    Unsigned(u64),
+    /// From a signed signal.
+    Signed(i64),
+    /// From a floating-point signal.
+    Real(f64),
+}
+
+impl Signal {
+    /// How many bits it has, 1 to 64.
+    pub const fn bit_count(&self) -> u32 {
+        self.bits.len()
+    }
+
+    /// Whether the physical value is the raw whole number itself.
+    pub fn is_integer(&self) -> bool {
+        self.factor == 1.0 && self.offset == 0.0 && !self.is_float()
+    }
+
+    /// Whether the raw value is floating-point.
+    pub const fn is_float(&self) -> bool {
+        matches!(self.kind, RawKind::Float32 | RawKind::Float64)
+    }
+
+    /// Where it lies and how it is scaled, as a DBC writes it, such as
+    /// `0|16@1- (0.005,0)`.
+    pub fn layout(&self) -> String {
+        let order = if self.byte_order == ByteOrder::Intel { 1 } else { 0 };
+        let sign = if self.kind == RawKind::Unsigned { '+' } else { '-' };
+        let float = if self.is_float() { " float" } else { "" };
+        format!("{}|{}@{order}{sign} ({},{}){float}", self.start_bit, self.bit_count(), self.factor, self.offset,)
+    }
+
+    /// The raw value in `data`, the storage of a frame.
+    #[inline]
+    pub fn decode_raw(&self, data: &[u8; 64]) -> Raw {
+        let bits = self.bits.load(data);
+        match self.kind {
+            RawKind::Unsigned => Raw::Unsigned(bits),
+            RawKind::Signed => Raw::Signed(self.sign_extend(bits)),
+            RawKind::Float32 => Raw::Real(f64::from(f32::from_bits(bits as u32))),
+            RawKind::Float64 => Raw::Real(f64::from_bits(bits)),
+        }
+    }
+
+    /// The physical value in `data`: `raw * factor + offset`, each step
+    /// rounded to `f64`.
+    #[inline]
+    pub fn decode(&self, data: &[u8; 64]) -> f64 {
+        self.decode_raw(data).as_f64() * self.factor + self.offset
+    }
+
+    /// The name of the raw value in `data`, if the DBC gives it one.
+    pub fn decode_name(&self, data: &[u8; 64]) -> Option<&str> {
+        let raw = match self.decode_raw(data) {
+            Raw::Unsigned(raw) => i64::try_from(raw).ok()?,
+            Raw::Signed(raw) => raw,
+            Raw::Real(_) => return None,
+        };
+        self.value_names.iter().find(|(value, _)| *value == raw).map(|(_, name)| name.as_str())
+    }
+
+    /// Writes the raw value nearest to `physical`, halves away from zero.
+    /// What the bits cannot hold becomes the nearest value that they can; NaN
+    /// becomes raw 0 in a whole-number signal. No other bit changes, and bits
+    /// that `data` is too short for are not written.
+    #[inline]
+    pub fn encode(&self, data: &mut [u8], physical: f64) {
+        self.encode_raw(data, Raw::Real((physical - self.offset) / self.factor));
+    }
+
+    /// Writes `raw`, as [`Self::encode`] does but before factor and offset.
+    #[inline]
+    pub fn encode_raw(&self, data: &mut [u8], raw: Raw) {
+        self.bits.store(data, self.to_bits(raw));
+    }
+
+    /// The bits themselves, as a number.
+    #[inline]
+    pub(super) fn decode_bits(&self, data: &[u8; 64]) -> u64 {
+        self.bits.load(data)
+    }
+
+    /// Writes the lowest bits of `value`.
+    #[inline]
+    pub(super) fn encode_bits(&self, data: &mut [u8], value: u64) {
+        self.bits.store(data, value);
+    }
+
+    /// What a counter of this width shows after `counter`.
+    pub(super) const fn next_counter(&self, counter: u8) -> u8 {
+        counter.wrapping_add(1) & (u64::MAX >> (64 - self.bit_count())) as u8
+    }
+
+    #[inline]
+    fn to_bits(&self, raw: Raw) -> u64 {
+        let unused = 64 - self.bit_count();
+        match self.kind {
+            RawKind::Unsigned => raw.to_u64().min(u64::MAX >> unused),
+            RawKind::Signed => raw.to_i64().clamp(i64::MIN >> unused, i64::MAX >> unused) as u64,
+            RawKind::Float32 => u64::from(to_f32(raw.as_f64()).to_bits()),
+            RawKind::Float64 => raw.as_f64().to_bits(),
+        }
+    }
+
+    #[inline]
+    const fn sign_extend(&self, bits: u64) -> i64 {
+        let unused = 64 - self.bit_count();
+        ((bits << unused) as i64) >> unused
+    }
+}
+
+impl Raw {
+    /// The nearest `f64`.
+    #[inline]
+    pub const fn as_f64(self) -> f64 {
+        match self {
+            Self::Unsigned(raw) => raw as f64,
+            Self::Signed(raw) => raw as f64,
+            Self::Real(raw) => raw,
+        }
+    }
+
+    /// The nearest whole number from 0; 0 for NaN.
+    #[inline]
+    fn to_u64(self) -> u64 {
+        match self {
+            Self::Unsigned(raw) => raw,
+            Self::Signed(raw) => u64::try_from(raw).unwrap_or(0),
+            Self::Real(raw) => raw.round() as u64,
+        }
+    }
+
+    /// The nearest whole number; 0 for NaN.
+    #[inline]
+    fn to_i64(self) -> i64 {
+        match self {
+            Self::Unsigned(raw) => i64::try_from(raw).unwrap_or(i64::MAX),
+            Self::Signed(raw) => raw,
+            Self::Real(raw) => raw.round() as i64,
+        }
+    }
+}
+
+/// The nearest `f32`; a finite number stays finite.
+#[inline]
+fn to_f32(value: f64) -> f32 {
+    if value.is_finite() { value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32 } else { value as f32 }
+}
