@@ -79,11 +79,9 @@ impl Sink for Recording<'_> {
 /// What it takes to understand and repeat the run from its log alone.
 fn attachments(scenario: &Scenario) -> Vec<(String, String, Vec<u8>)> {
     let profile = &scenario.stack.profile;
-    let overrides = scenario.overrides.iter().map(|set| format!("{set}\n")).collect::<String>();
     let file = |name: &str, media_type: &str, text: &str| (name.to_owned(), media_type.to_owned(), text.into());
     vec![
         file("scenario.toml", "application/toml", &scenario.text),
-        file("overrides.txt", "text/plain", &overrides),
         file(&format!("{}.toml", profile.name), "application/toml", &profile.toml_text),
         file(&format!("{}.dbc", profile.name), "text/plain", &profile.dbc.source.text),
     ]

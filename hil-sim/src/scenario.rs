@@ -32,8 +32,7 @@ pub struct Scenario {
     pub link: Link,
     /// What must hold.
     pub expectations: Vec<Expectation>,
-    /// The file's text, and before it those of the scenarios it is based on,
-    /// for the log.
+    /// The scenario as one TOML text, with its base and the overrides in it.
     pub text: String,
     /// The overrides laid over it, as given.
     pub overrides: Vec<String>,
@@ -59,13 +58,13 @@ impl Scenario {
     /// Loads a shipped scenario by its name, or a file by its path, with
     /// `KEY=VALUE` overrides laid over it.
     pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Self, Problems> {
-        let (mut document, text) = open_with_bases(name_or_path)?;
+        let mut document = open_with_bases(name_or_path)?;
         for assignment in overrides {
             document.set(assignment)?;
         }
         let reader = Reader::new(&document);
         let mut scenario = Self::read(&reader.root());
-        scenario.text = text;
+        scenario.text = document.resolved();
         scenario.overrides = overrides.to_vec();
         reader.finish(scenario)
     }
@@ -122,23 +121,20 @@ impl Scenario {
     }
 }
 
-/// A scenario laid over the one it names as its `base`, and that over its own,
-/// with all their texts.
-fn open_with_bases(name_or_path: &str) -> Result<(Document, String), Problem> {
+/// A scenario laid over the one it names as its `base`, and that over its own.
+fn open_with_bases(name_or_path: &str) -> Result<Document, Problem> {
     const DEEPEST: usize = 8;
     let mut document = open(name_or_path)?;
-    let mut text = document.text().to_owned();
     let mut folder = Path::new(name_or_path).parent().map(Path::to_owned).unwrap_or_default();
     let mut next = document.text_of("base").map(str::to_owned);
     for _ in 0..DEEPEST {
-        let Some(name) = next else { return Ok((document, text)) };
+        let Some(name) = next else { return Ok(document) };
         let path = if name.ends_with(".toml") { folder.join(&name).display().to_string() } else { name };
         let base = open(&path).map_err(|problem| {
             document.problem_at("base", problem.title, "named here").help(problem.help.unwrap_or_default())
         })?;
         next = base.text_of("base").map(str::to_owned);
         folder = Path::new(&path).parent().map(Path::to_owned).unwrap_or_default();
-        text = format!("{}\n# laid over it:\n{text}", base.text());
         document.lay_over(base);
     }
     let title = format!("scenarios are based on one another more than {DEEPEST} deep");

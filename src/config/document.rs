@@ -110,9 +110,10 @@ impl Document {
         Problem::at(&place.source, place.span.clone(), title, label)
     }
 
-    /// The file's text, as read.
-    pub fn text(&self) -> &str {
-        &self.source.text
+    /// The whole as one TOML text: what it was based on and the overrides
+    /// laid over it are in their places.
+    pub fn resolved(&self) -> String {
+        toml::to_string(&self.root.value.plain()).expect("what was TOML can be TOML again")
     }
 
     /// The file's name in messages.
@@ -167,6 +168,21 @@ impl Node {
 }
 
 impl Value {
+    fn plain(&self) -> toml::Value {
+        match self {
+            Self::Integer(value) => (*value).into(),
+            Self::Float(value) => (*value).into(),
+            Self::Boolean(value) => (*value).into(),
+            Self::Text(text) => text.as_str().into(),
+            Self::Array(items) => items.iter().map(|item| item.value.plain()).collect::<Vec<_>>().into(),
+            Self::Table(table) => {
+                let entries = table.iter().map(|(key, entry)| (key.clone(), entry.node.value.plain()));
+                entries.collect::<toml::Table>().into()
+            }
+            Self::Other(kind) => (*kind).into(),
+        }
+    }
+
     /// For messages: what it is.
     pub fn kind(&self) -> &'static str {
         match self {
