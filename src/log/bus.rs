@@ -1,0 +1,131 @@
+//! The channels of one bus: every frame as it was, and decoded if the DBC
+//! knows it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::cdr::{FRAME_DEFINITION, FRAME_NAME, FrameEncoder};
+use super::channels::Channels;
+use super::chunk::Chunk;
+use super::descriptor::{flat_message, identifier};
+use super::protobuf::{FD_FRAME_FIELDS, field_type, put_fd_frame, put_signals};
+use super::{LogError, LoggedBus};
+use crate::event::BusFrame;
+use crate::frame::{CanId, FrameKind};
+use crate::schema::{Dbc, MessageLayout, Signal};
+use crate::time::Instant;
+
+/// Writes the frames of one bus.
+pub(super) struct BusLog {
+    encoder: FrameEncoder,
+    /// Two channels of one topic tell who sent a frame, which its message has
+    /// no field for.
+    received: u16,
+    sent: u16,
+    fd: u16,
+    /// Sorted by the key of their ids.
+    messages: Vec<DecodedMessage>,
+}
+
+/// The schemas of frames, which all buses share.
+pub(super) struct FrameSchemas {
+    classic: u16,
+    fd: u16,
+}
+
+struct DecodedMessage {
+    key: u32,
+    channel: u16,
+    layout: MessageLayout,
+}
+
+impl FrameSchemas {
+    /// Adds them to `channels`.
+    pub fn new(channels: &mut Channels) -> Result<Self, LogError> {
+        let fd = flat_message("canloop", "CanFdFrame", &FD_FRAME_FIELDS);
+        Ok(Self {
+            classic: channels.schema(FRAME_NAME, "ros2msg", FRAME_DEFINITION.as_bytes())?,
+            fd: channels.schema("canloop.CanFdFrame", "protobuf", &fd)?,
+        })
+    }
+}
+
+impl BusLog {
+    /// Adds the channels of `bus`. Where two of its DBC files know an id, the
+    /// first is believed.
+    pub fn new(bus: &LoggedBus<'_>, schemas: &FrameSchemas, channels: &mut Channels) -> Result<Self, LogError> {
+        let topic = format!("/can/{}", bus.name);
+        let direction = |word: &str| BTreeMap::from([("direction".to_owned(), word.to_owned())]);
+        let mut log = Self {
+            encoder: FrameEncoder::new(bus.name),
+            received: channels.channel(schemas.classic, topic.clone(), "cdr", direction("received by the stack"))?,
+            sent: channels.channel(schemas.classic, topic.clone(), "cdr", direction("sent by the stack"))?,
+            fd: channels.channel(schemas.fd, format!("{topic}/fd"), "protobuf", BTreeMap::new())?,
+            messages: Vec::new(),
+        };
+        let package = format!("canloop.{}", identifier(bus.name, &mut BTreeSet::new()));
+        let mut names = BTreeSet::from(["fd".to_owned()]);
+        for layout in bus.dbcs.iter().flat_map(|dbc: &&Dbc| &dbc.messages) {
+            let key = key(layout.id);
+            if log.messages.iter().all(|message| message.key != key) {
+                let name = identifier(&layout.name, &mut names);
+                let schema =
+                    channels.schema(&format!("{package}.{name}"), "protobuf", &schema(layout, &package, &name))?;
+                let channel = channels.channel(schema, format!("{topic}/{name}"), "protobuf", notes(layout))?;
+                log.messages.push(DecodedMessage { key, channel, layout: layout.clone() });
+            }
+        }
+        log.messages.sort_by_key(|message| message.key);
+        Ok(log)
+    }
+
+    /// Logs a frame, raw and decoded. A frame shorter than its message in the
+    /// DBC, and a remote request, have no signals to decode.
+    pub fn put(&self, channels: &mut Channels, chunk: &mut Chunk, at: Instant, on_bus: &BusFrame) {
+        let &BusFrame { sent_by_stack, ref frame, .. } = on_bus;
+        if matches!(frame.kind, FrameKind::Fd | FrameKind::FdBitRateSwitch) {
+            channels.message(chunk, self.fd, at, |out| put_fd_frame(out, frame, sent_by_stack));
+        } else {
+            let channel = if sent_by_stack { self.sent } else { self.received };
+            channels.message(chunk, channel, at, |out| self.encoder.put(out, at, frame));
+        }
+        let Ok(index) = self.messages.binary_search_by_key(&key(frame.id), |message| message.key) else { return };
+        let message = &self.messages[index];
+        if frame.kind != FrameKind::Remote && frame.len() >= message.layout.len {
+            channels.message(chunk, message.channel, at, |out| put_signals(out, &message.layout, frame));
+        }
+    }
+}
+
+/// The descriptor of a decoded message: one field a signal.
+fn schema(layout: &MessageLayout, package: &str, name: &str) -> Vec<u8> {
+    let mut taken = BTreeSet::new();
+    let names: Vec<_> = layout.signals.iter().map(|signal| identifier(&signal.name, &mut taken)).collect();
+    let types = layout.signals.iter().map(field_type);
+    let fields: Vec<_> = names.iter().map(String::as_str).zip(types).collect();
+    flat_message(package, name, &fields)
+}
+
+/// What the DBC says of a message beyond its layout, for people.
+fn notes(layout: &MessageLayout) -> BTreeMap<String, String> {
+    let values = |signal: &Signal| {
+        let names = signal.value_names.iter().map(|(value, name)| format!("{value}={name}"));
+        names.collect::<Vec<_>>().join(" ")
+    };
+    let mut notes = BTreeMap::from([
+        ("id".to_owned(), format!("0x{}", layout.id)),
+        ("comment".to_owned(), layout.comment.clone()),
+        ("sender".to_owned(), layout.sender.clone()),
+    ]);
+    for signal in &layout.signals {
+        notes.insert(format!("{}.comment", signal.name), signal.comment.clone());
+        notes.insert(format!("{}.unit", signal.name), signal.unit.clone());
+        notes.insert(format!("{}.values", signal.name), values(signal));
+    }
+    notes.retain(|_, note| !note.is_empty());
+    notes
+}
+
+/// A number that tells ids apart, of whichever width.
+const fn key(id: CanId) -> u32 {
+    id.raw() | (id.is_extended() as u32) << 31
+}

@@ -1,0 +1,157 @@
+//! One MCAP chunk under construction: records in their wire layout, with the
+//! message indexes beside them, in buffers that are reused from chunk to chunk.
+//!
+//! This is the part of a log that must keep up with a simulation, so a message
+//! costs two short copies and no allocation. The layouts are those of
+//! <https://mcap.dev/spec>: Message, Chunk, Message Index; all little-endian.
+
+use std::collections::BTreeMap;
+use std::io::{self, Cursor};
+
+use mcap::records::{ChunkIndex, MessageHeader, op};
+use zstd::bulk::Compressor;
+
+/// Opcode and length, which begin every record.
+pub(super) const PREFIX_LEN: usize = 1 + 8;
+/// Prefix, channel, sequence, log time, publish time.
+const MESSAGE_LEN: usize = PREFIX_LEN + 2 + 4 + 8 + 8;
+/// Prefix, start, end, uncompressed size, CRC, "zstd" with its length, compressed size.
+const CHUNK_LEN: usize = PREFIX_LEN + 8 + 8 + 8 + 4 + 4 + COMPRESSION.len() + 8;
+const COMPRESSION: &str = "zstd";
+
+/// Chosen by measurement: the stream is mostly doubles whose low bytes are
+/// noise, so higher levels cost several times as much for a few percent.
+const ZSTD_LEVEL: i32 = -1;
+
+/// A chunk being filled.
+pub(super) struct Chunk {
+    compressor: Compressor<'static>,
+    records: Vec<u8>,
+    /// By channel id: (log time, offset into `records`) as on the wire.
+    indexes: Vec<Vec<u8>>,
+    /// Least and greatest log time of the messages, if there are any.
+    span: Option<(u64, u64)>,
+    sealed: Vec<u8>,
+}
+
+/// A finished chunk and its message indexes, ready to be written in one piece.
+pub(super) struct Sealed<'a> {
+    /// The Chunk record and the Message Index records behind it.
+    pub bytes: &'a [u8],
+    /// What the summary says of it, with offsets relative to `bytes`.
+    pub index: ChunkIndex,
+}
+
+impl Chunk {
+    /// An empty chunk for channel ids below `channels`.
+    pub fn new(channels: usize) -> io::Result<Self> {
+        Ok(Self {
+            compressor: Compressor::new(ZSTD_LEVEL)?,
+            records: Vec::new(),
+            indexes: vec![Vec::new(); channels],
+            span: None,
+            sealed: Vec::new(),
+        })
+    }
+
+    /// Bytes so far, before compression.
+    pub fn len(&self) -> usize {
+        self.records.len()
+    }
+
+    /// Whether it holds neither a message nor another record.
+    pub fn is_empty(&self) -> bool {
+        self.records.is_empty()
+    }
+
+    /// Nanoseconds from its earliest message to its latest.
+    pub fn span_ns(&self) -> u64 {
+        self.span.map_or(0, |(start, end)| end - start)
+    }
+
+    /// Appends a whole record that is not a message: a schema or a channel.
+    pub fn record(&mut self, record: &[u8]) {
+        self.records.extend_from_slice(record);
+    }
+
+    /// Appends a message whose body `write` appends to the buffer it is given.
+    pub fn message(&mut self, header: MessageHeader, write: impl FnOnce(&mut Vec<u8>)) {
+        let offset = self.records.len();
+        let mut head = [0; MESSAGE_LEN];
+        head[0] = op::MESSAGE;
+        head[9..11].copy_from_slice(&header.channel_id.to_le_bytes());
+        head[11..15].copy_from_slice(&header.sequence.to_le_bytes());
+        head[15..23].copy_from_slice(&header.log_time.to_le_bytes());
+        head[23..31].copy_from_slice(&header.publish_time.to_le_bytes());
+        self.records.extend_from_slice(&head);
+        write(&mut self.records);
+        let len = (self.records.len() - offset - PREFIX_LEN) as u64;
+        self.records[offset + 1..offset + PREFIX_LEN].copy_from_slice(&len.to_le_bytes());
+
+        let mut entry = [0; 16];
+        entry[..8].copy_from_slice(&header.log_time.to_le_bytes());
+        entry[8..].copy_from_slice(&(offset as u64).to_le_bytes());
+        self.indexes[usize::from(header.channel_id)].extend_from_slice(&entry);
+        let (start, end) = self.span.unwrap_or((header.log_time, header.log_time));
+        self.span = Some((start.min(header.log_time), end.max(header.log_time)));
+    }
+
+    /// Compresses what is there and leaves the chunk empty.
+    pub fn seal(&mut self) -> io::Result<Sealed<'_>> {
+        let (start, end) = self.span.take().unwrap_or_default();
+        let uncompressed_size = self.records.len() as u64;
+        let compressed_size = self.compress()?;
+        let chunk_len = self.sealed.len();
+        let mut head = Vec::with_capacity(CHUNK_LEN);
+        head.push(op::CHUNK);
+        head.extend_from_slice(&((chunk_len - PREFIX_LEN) as u64).to_le_bytes());
+        head.extend_from_slice(&start.to_le_bytes());
+        head.extend_from_slice(&end.to_le_bytes());
+        head.extend_from_slice(&uncompressed_size.to_le_bytes());
+        head.extend_from_slice(&crc32fast::hash(&self.records).to_le_bytes());
+        head.extend_from_slice(&(COMPRESSION.len() as u32).to_le_bytes());
+        head.extend_from_slice(COMPRESSION.as_bytes());
+        head.extend_from_slice(&(compressed_size as u64).to_le_bytes());
+        self.sealed[..CHUNK_LEN].copy_from_slice(&head);
+        self.records.clear();
+
+        let message_index_offsets = self.append_indexes();
+        let index = ChunkIndex {
+            message_start_time: start,
+            message_end_time: end,
+            chunk_start_offset: 0,
+            chunk_length: chunk_len as u64,
+            message_index_offsets,
+            message_index_length: (self.sealed.len() - chunk_len) as u64,
+            compression: COMPRESSION.to_owned(),
+            compressed_size: compressed_size as u64,
+            uncompressed_size,
+        };
+        Ok(Sealed { bytes: &self.sealed, index })
+    }
+
+    /// Puts the compressed records into `sealed`, behind room for the chunk's
+    /// head. Returns their length.
+    fn compress(&mut self) -> io::Result<usize> {
+        self.sealed.clear();
+        self.sealed.resize(CHUNK_LEN, 0);
+        self.sealed.reserve(zstd::zstd_safe::compress_bound(self.records.len()));
+        let mut behind_head = Cursor::new(&mut self.sealed);
+        behind_head.set_position(CHUNK_LEN as u64);
+        self.compressor.compress_to_buffer(&self.records, &mut behind_head)
+    }
+
+    /// Moves the message indexes behind the chunk. Returns where each is.
+    fn append_indexes(&mut self) -> BTreeMap<u16, u64> {
+        let mut offsets = BTreeMap::new();
+        for (channel, entries) in self.indexes.iter_mut().enumerate().filter(|(_, entries)| !entries.is_empty()) {
+            offsets.insert(channel as u16, self.sealed.len() as u64);
+            self.sealed.push(op::MESSAGE_INDEX);
+            self.sealed.extend_from_slice(&((2 + 4 + entries.len()) as u64).to_le_bytes());
+            self.sealed.extend_from_slice(&(channel as u16).to_le_bytes());
+            self.sealed.extend_from_slice(&(entries.len() as u32).to_le_bytes());
+            self.sealed.append(entries);
+        }
+        offsets
+    }
+}

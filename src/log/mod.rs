@@ -1,0 +1,22 @@
+//! Logs of a run: everything that crossed the buses and everything the stack
+//! made of it, in one MCAP file (<https://mcap.dev>) that Foxglove,
+//! PlotJuggler, Rerun and the MCAP libraries open as it is.
+//!
+//! A loop gives its events to a [`McapLog`], which is a queue; a thread of its
+//! own encodes, compresses and writes them. The messages go into their chunk
+//! in the layout they have in the file: the `mcap` crate's own writer takes
+//! several times as long, too long for simulations that run hundreds of times
+//! faster than real time.
+
+mod batch;
+mod bus;
+mod cdr;
+mod channels;
+mod chunk;
+mod descriptor;
+mod file;
+mod mcap_log;
+mod protobuf;
+mod writer;
+
+pub use mcap_log::{LogContents, LogError, LogReport, LoggedBus, McapLog, WhenFull};

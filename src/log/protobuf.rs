@@ -1,0 +1,119 @@
+//! Protobuf messages written straight into a chunk: a field is a tag and a
+//! value, and every field is written every time, zeros too, because some
+//! viewers take a field that is missing for a gap in the signal.
+
+use prost_types::field_descriptor_proto::Type;
+
+use crate::frame::{Frame, FrameKind};
+use crate::schema::{MessageLayout, Raw, RawKind, Signal};
+use crate::time::Instant;
+
+/// Fields of `canloop.CanFdFrame`, in the order of [`put_fd_frame`].
+pub(super) const FD_FRAME_FIELDS: [(&str, Type); 5] = [
+    ("id", Type::Uint32),
+    ("is_extended", Type::Bool),
+    ("bit_rate_switch", Type::Bool),
+    ("sent_by_stack", Type::Bool),
+    ("data", Type::Bytes),
+];
+
+/// Severity of a line in `foxglove.Log`.
+#[derive(Clone, Copy)]
+pub(super) enum Level {
+    Info = 2,
+    Error = 4,
+}
+
+const VARINT: u64 = 0;
+const FIXED64: u64 = 1;
+const LENGTH_DELIMITED: u64 = 2;
+const FIXED32: u64 = 5;
+
+/// The protobuf type that holds every value of `signal`: whole numbers that
+/// the DBC does not scale stay whole, all else is a double.
+pub(super) fn field_type(signal: &Signal) -> Type {
+    match signal.kind {
+        _ if !signal.is_integer() => Type::Double,
+        RawKind::Signed => Type::Sint64,
+        _ => Type::Uint64,
+    }
+}
+
+/// Appends the signals of a frame, fields numbered from 1 as in `layout`.
+pub(super) fn put_signals(out: &mut Vec<u8>, layout: &MessageLayout, frame: &Frame) {
+    let data = frame.storage();
+    for (number, signal) in (1..).zip(&layout.signals) {
+        let raw = signal.decode_raw(data);
+        match raw {
+            Raw::Unsigned(value) if signal.is_integer() => put_unsigned(out, number, value),
+            Raw::Signed(value) if signal.is_integer() => put_unsigned(out, number, zigzag(value)),
+            _ => put_double(out, number, raw.as_f64() * signal.factor + signal.offset),
+        }
+    }
+}
+
+/// Appends numbers as doubles, fields numbered from 1.
+pub(super) fn put_doubles(out: &mut Vec<u8>, values: &[f64]) {
+    (1..).zip(values).for_each(|(number, &value)| put_double(out, number, value));
+}
+
+/// Appends a `canloop.CanFdFrame`.
+pub(super) fn put_fd_frame(out: &mut Vec<u8>, frame: &Frame, sent_by_stack: bool) {
+    put_unsigned(out, 1, u64::from(frame.id.raw()));
+    put_unsigned(out, 2, u64::from(frame.id.is_extended()));
+    put_unsigned(out, 3, u64::from(frame.kind == FrameKind::FdBitRateSwitch));
+    put_unsigned(out, 4, u64::from(sent_by_stack));
+    put_bytes(out, 5, frame.payload());
+}
+
+/// Appends a `foxglove.Log`.
+pub(super) fn put_log(out: &mut Vec<u8>, at: Instant, level: Level, name: &str, text: &str) {
+    let mut timestamp = Vec::new();
+    put_unsigned(&mut timestamp, 1, at.as_nanos().div_euclid(1_000_000_000) as u64);
+    put_unsigned(&mut timestamp, 2, at.as_nanos().rem_euclid(1_000_000_000) as u64);
+    put_bytes(out, 1, &timestamp);
+    put_unsigned(out, 2, level as u64);
+    put_bytes(out, 3, text.as_bytes());
+    put_bytes(out, 4, name.as_bytes());
+    put_bytes(out, 5, b"");
+    put_varint(out, 6 << 3 | FIXED32);
+    out.extend_from_slice(&[0; 4]);
+}
+
+fn put_double(out: &mut Vec<u8>, number: u64, value: f64) {
+    let tag = number << 3 | FIXED64;
+    if tag < 0x80 {
+        // The usual case in one copy: this is the most frequent thing a log does.
+        let mut field = [tag as u8; 9];
+        field[1..].copy_from_slice(&value.to_le_bytes());
+        out.extend_from_slice(&field);
+    } else {
+        put_varint(out, tag);
+        out.extend_from_slice(&value.to_le_bytes());
+    }
+}
+
+fn put_unsigned(out: &mut Vec<u8>, number: u64, value: u64) {
+    put_varint(out, number << 3 | VARINT);
+    put_varint(out, value);
+}
+
+fn put_bytes(out: &mut Vec<u8>, number: u64, bytes: &[u8]) {
+    put_varint(out, number << 3 | LENGTH_DELIMITED);
+    put_varint(out, bytes.len() as u64);
+    out.extend_from_slice(bytes);
+}
+
+/// Seven bits a byte, lowest first; the top bit says that more follow.
+fn put_varint(out: &mut Vec<u8>, mut value: u64) {
+    while value >= 0x80 {
+        out.push(value as u8 | 0x80);
+        value >>= 7;
+    }
+    out.push(value as u8);
+}
+
+/// The order 0, -1, 1, -2, 2, ... that keeps small negative numbers short.
+const fn zigzag(value: i64) -> u64 {
+    ((value << 1) ^ (value >> 63)) as u64
+}

@@ -1,0 +1,153 @@
+//! Turns events into the messages of a file. It runs on the log's own thread.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use prost_types::field_descriptor_proto::Type;
+
+use super::batch::Batch;
+use super::bus::{BusLog, FrameSchemas};
+use super::channels::Channels;
+use super::chunk::Chunk;
+use super::descriptor::{flat_message, foxglove_log};
+use super::file::LogFile;
+use super::protobuf::{Level, put_doubles, put_log};
+use super::{LogContents, LogError};
+use crate::event::{Event, Notice, Sink, Tick, Truth};
+use crate::time::Instant;
+
+/// A chunk is written when it holds this much before compression: small enough
+/// to stay in the processor's cache, large enough to compress well.
+const CHUNK_BYTES: usize = 512 * 1024;
+/// Or when it spans this much time, so that a killed log ends shortly before.
+const CHUNK_SPAN_NS: u64 = 1_000_000_000;
+
+/// Writes the events of a run to an MCAP file.
+pub(super) struct Writer {
+    file: LogFile,
+    chunk: Chunk,
+    channels: Channels,
+    buses: Vec<BusLog>,
+    stack: u16,
+    truth: u16,
+    notices: u16,
+    /// The latest event's time.
+    now: Instant,
+    lost: u64,
+    /// What made writing impossible; everything after it is lost.
+    error: Option<io::Error>,
+}
+
+/// What became of the events.
+pub(super) struct Written {
+    pub messages: u64,
+    pub events_lost: u64,
+    pub bytes: u64,
+}
+
+impl Writer {
+    /// Makes the file and writes all of it that comes before the messages.
+    pub fn create(path: &Path, contents: &LogContents<'_>) -> Result<Self, LogError> {
+        let mut channels = Channels::default();
+        let frames = FrameSchemas::new(&mut channels)?;
+        let buses: Result<_, _> = contents.buses.iter().map(|bus| BusLog::new(bus, &frames, &mut channels)).collect();
+        let stack = doubles_channel(&mut channels, "/canloop/stack", "Stack", &Tick::NAMES)?;
+        let truth = doubles_channel(&mut channels, "/canloop/truth", "Truth", &Truth::NAMES)?;
+        let log = channels.schema("foxglove.Log", "protobuf", &foxglove_log())?;
+        let notices = channels.channel(log, "/canloop/notices".to_owned(), "protobuf", BTreeMap::new())?;
+
+        let start = || {
+            let mut file = LogFile::create(path)?;
+            file.metadata("canloop", &contents.metadata)?;
+            for (name, media_type, data) in &contents.attachments {
+                file.attachment(name, media_type, data)?;
+            }
+            Ok((file, Chunk::new(channels.len())?))
+        };
+        let (file, chunk) = start().map_err(|source| LogError::Create { path: path.to_owned(), source })?;
+        let (now, lost, error) = (Instant::ZERO, 0, None);
+        Ok(Self { file, chunk, channels, buses: buses?, stack, truth, notices, now, lost, error })
+    }
+
+    /// Writes a batch and leaves it empty. Sets `failed` once the file takes
+    /// no more.
+    pub fn take(&mut self, batch: &mut Batch, failed: &AtomicBool) {
+        let lost = std::mem::take(&mut batch.lost_before);
+        if lost > 0 {
+            self.lost += lost;
+            let text = format!("{lost} events are not in this log: it was written slower than they came");
+            self.notice(batch.start().unwrap_or(self.now), Level::Error, "log", &text);
+        }
+        batch.drain_into(self);
+        failed.store(self.error.is_some(), Ordering::Relaxed);
+    }
+
+    /// Writes what is left and ends the file.
+    pub fn finish(mut self) -> io::Result<Written> {
+        self.write_chunk();
+        let counts = self.channels.counts();
+        let messages = counts.values().sum();
+        // Only what the events decide: the same run must give the same bytes.
+        let numbers = [("messages", messages), ("events_lost", self.lost)];
+        let numbers = numbers.map(|(name, number)| (name.to_owned(), number.to_string()));
+        if let Some(error) = self.error {
+            return Err(error);
+        }
+        let end = self.file.metadata("canloop.log", &BTreeMap::from(numbers)).and_then(|()| {
+            self.file.finish(&self.channels.schemas_written(), &self.channels.channels_written(), counts)
+        });
+        end.inspect_err(|_| self.file.cut_to_whole_records())?;
+        Ok(Written { messages, events_lost: self.lost, bytes: self.file.len() })
+    }
+
+    fn notice(&mut self, at: Instant, level: Level, name: &str, text: &str) {
+        self.channels.message(&mut self.chunk, self.notices, at, |out| put_log(out, at, level, name, text));
+    }
+
+    fn write_chunk(&mut self) {
+        if self.chunk.is_empty() || self.error.is_some() {
+            return;
+        }
+        let written = self.chunk.seal().and_then(|sealed| self.file.chunk(sealed));
+        if let Err(error) = written {
+            self.file.cut_to_whole_records();
+            self.error = Some(error);
+        }
+    }
+}
+
+impl Sink for Writer {
+    fn event(&mut self, at: Instant, event: &Event) {
+        if self.error.is_some() {
+            self.lost += 1;
+            return;
+        }
+        self.now = at;
+        match event {
+            Event::Frame(on_bus) => match self.buses.get(usize::from(on_bus.bus)) {
+                Some(bus) => bus.put(&mut self.channels, &mut self.chunk, at, on_bus),
+                None => self.lost += 1,
+            },
+            Event::Sync(_) => {}
+            Event::Tick(tick) => {
+                self.channels.message(&mut self.chunk, self.stack, at, |out| put_doubles(out, &tick.values()));
+            }
+            Event::Truth(truth) => {
+                self.channels.message(&mut self.chunk, self.truth, at, |out| put_doubles(out, &truth.values()));
+            }
+            Event::Notice(Notice { kind, text }) => self.notice(at, Level::Info, kind, text),
+        }
+        if self.chunk.len() >= CHUNK_BYTES || self.chunk.span_ns() >= CHUNK_SPAN_NS {
+            self.write_chunk();
+        }
+    }
+}
+
+/// Adds a channel whose messages are doubles with these names.
+fn doubles_channel(channels: &mut Channels, topic: &str, name: &str, fields: &[&str]) -> Result<u16, LogError> {
+    let fields: Vec<_> = fields.iter().map(|&field| (field, Type::Double)).collect();
+    let schema = channels.schema(&format!("canloop.{name}"), "protobuf", &flat_message("canloop", name, &fields))?;
+    channels.channel(schema, topic.to_owned(), "protobuf", BTreeMap::new())
+}
