@@ -43,7 +43,8 @@ pub struct Stack {
     periods_since_feedback: u32,
     enable_wanted: bool,
     clear_fault_wanted: bool,
-    command_counter: u8,
+    sync_counter: u8,
+    command_counters: Wheels<u8>,
     /// Wheel angles at which motion began, rad.
     origin_rad: Wheels<f64>,
     measured: Measured,
@@ -89,7 +90,8 @@ impl Stack {
             periods_since_feedback: 0,
             enable_wanted: false,
             clear_fault_wanted: false,
-            command_counter: 0,
+            sync_counter: 0,
+            command_counters: Wheels::default(),
             origin_rad: Wheels::default(),
             measured: Measured::default(),
             decision: Decision::default(),
@@ -124,7 +126,8 @@ impl Stack {
             self.periods_since_feedback = 0;
         }
         self.next_sync += self.period;
-        self.send(&Message::Sync { counter: self.ticks as u8 });
+        self.send(&Message::Sync { counter: self.sync_counter });
+        self.sync_counter = self.profile.next_sync_counter(self.sync_counter);
         self.drives = self.drives.map(|drive| DriveView { fresh: None, ..drive });
         self.awaiting_feedback = true;
         let reference = self.controller.reference().pose;
@@ -229,12 +232,12 @@ impl Stack {
         if self.gate.state() != before {
             self.tell_state();
         }
+        let request = self.request();
         for wheel in Wheel::BOTH {
-            let command =
-                Command { torque_nm: torque_sent_nm[wheel], request: self.request(), counter: self.command_counter };
-            self.send(&Message::Command(wheel, command));
+            let counter = self.command_counters[wheel];
+            self.command_counters[wheel] = self.profile.next_command_counter(wheel, counter);
+            self.send(&Message::Command(wheel, Command { torque_nm: torque_sent_nm[wheel], request, counter }));
         }
-        self.command_counter = self.command_counter.wrapping_add(1);
         self.clear_fault_wanted = false;
         self.tell_tick(wanted_nm, torque_sent_nm);
         if self.gate.state() == State::Running {

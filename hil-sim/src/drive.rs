@@ -36,7 +36,6 @@ pub struct Drive {
     periods_without_command: u32,
     /// Torque in force, with the current loop's lag.
     torque: Torque,
-    feedback_counter: u8,
     /// A fault raised since it was last asked about.
     raised: Option<FaultCode>,
 }
@@ -52,7 +51,6 @@ impl Drive {
             last_counter: None,
             periods_without_command: 0,
             torque: Torque::constant(0.0),
-            feedback_counter: 0,
             raised: None,
         }
     }
@@ -73,19 +71,19 @@ impl Drive {
 
     /// SYNC, `period_s` after the one before (0 for the first): latches the
     /// encoder of a motor whose wheel has turned by `angle_rad`, reports the
-    /// period that has ended, and puts the waiting command into force.
-    pub fn sync(&mut self, period_s: f64, angle_rad: f64) -> Feedback {
+    /// period that has ended in a feedback numbered `counter`, and puts the
+    /// waiting command into force.
+    pub fn sync(&mut self, period_s: f64, angle_rad: f64, counter: u8) -> Feedback {
         let torque_applied_nm = if period_s > 0.0 { self.torque.mean(period_s) } else { 0.0 };
         self.torque = self.torque.after(period_s);
         self.step_state();
         self.watch_commands();
         self.put_into_force();
-        self.feedback_counter = self.feedback_counter.wrapping_add(1);
         Feedback {
             position_counts: self.spec.encoder.counts(angle_rad),
             torque_applied_nm,
             state: self.state,
-            counter: self.feedback_counter,
+            counter,
         }
     }
 
@@ -172,9 +170,9 @@ mod tests {
 
     fn enabled() -> Drive {
         let mut drive = drive();
-        drive.sync(0.0, 0.0);
+        drive.sync(0.0, 0.0, 0);
         drive.take_command(command(0, 0.0, Request::Enable));
-        assert_eq!(drive.sync(PERIOD_S, 0.0).state, DriveState::Enabled);
+        assert_eq!(drive.sync(PERIOD_S, 0.0, 0).state, DriveState::Enabled);
         drive
     }
 
@@ -183,7 +181,7 @@ mod tests {
         let mut drive = enabled();
         drive.take_command(command(1, 10.0, Request::Enable));
         assert_eq!(drive.torque().at(PERIOD_S), 0.0);
-        drive.sync(PERIOD_S, 0.0);
+        drive.sync(PERIOD_S, 0.0, 0);
         assert!((drive.torque().at(PERIOD_S) - 10.0).abs() < 0.1);
     }
 
@@ -191,9 +189,9 @@ mod tests {
     fn the_torque_reported_is_the_mean_of_what_the_current_loop_applied() {
         let mut drive = enabled();
         drive.take_command(command(1, 10.0, Request::Enable));
-        drive.sync(PERIOD_S, 0.0);
+        drive.sync(PERIOD_S, 0.0, 0);
         let expected = 10.0 * (1.0 - 0.2 * (1.0 - libm::exp(-5.0)));
-        assert!((drive.sync(PERIOD_S, 0.0).torque_applied_nm - expected).abs() < 1e-9);
+        assert!((drive.sync(PERIOD_S, 0.0, 0).torque_applied_nm - expected).abs() < 1e-9);
     }
 
     #[test]
@@ -201,7 +199,7 @@ mod tests {
         let mut drive = drive();
         for counter in 0..5 {
             drive.take_command(command(counter, 10.0, Request::Disable));
-            drive.sync(PERIOD_S, 0.0);
+            drive.sync(PERIOD_S, 0.0, 0);
             assert_eq!(drive.torque().at(0.0), 0.0);
         }
     }
@@ -210,14 +208,14 @@ mod tests {
     fn the_watchdog_faults_a_drive_whose_commands_stop_and_clearing_does_not_enable() {
         let mut drive = enabled();
         drive.take_command(command(1, 10.0, Request::Enable));
-        let states: Vec<_> = (0..6).map(|_| drive.sync(PERIOD_S, 0.0).state).collect();
+        let states: Vec<_> = (0..6).map(|_| drive.sync(PERIOD_S, 0.0, 0).state).collect();
         assert_eq!(states.iter().filter(|&&state| state == DriveState::Enabled).count(), 4);
         assert_eq!(drive.torque().at(0.0), 0.0);
         assert_eq!(drive.take_raised_fault(), Some(FaultCode::CommandTimeout));
         drive.take_command(command(2, 10.0, Request::Enable));
-        assert_eq!(drive.sync(PERIOD_S, 0.0).state, DriveState::Fault);
+        assert_eq!(drive.sync(PERIOD_S, 0.0, 0).state, DriveState::Fault);
         drive.take_command(command(3, 10.0, Request::ClearFault));
-        assert_eq!(drive.sync(PERIOD_S, 0.0).state, DriveState::Ready);
+        assert_eq!(drive.sync(PERIOD_S, 0.0, 0).state, DriveState::Ready);
     }
 
     #[test]
@@ -225,7 +223,7 @@ mod tests {
         let mut drive = enabled();
         for _ in 0..10 {
             drive.take_command(command(1, 10.0, Request::Enable));
-            drive.sync(PERIOD_S, 0.0);
+            drive.sync(PERIOD_S, 0.0, 0);
         }
         assert_eq!(drive.heartbeat().fault, FaultCode::CommandTimeout);
     }
@@ -235,7 +233,7 @@ mod tests {
         let mut drive = enabled();
         for (counter, wanted, expected) in [(1, 1e3, 90.0), (2, -1e3, -90.0), (3, 1.0024, 1.0), (4, 1.0026, 1.005)] {
             drive.take_command(command(counter, wanted, Request::Enable));
-            drive.sync(PERIOD_S, 0.0);
+            drive.sync(PERIOD_S, 0.0, 0);
             assert!((drive.torque().final_nm - expected).abs() < 1e-12);
         }
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use canloop::config::{Bound, Document, Problem, Problems, Reader, Section, nearest};
 use canloop::robot::Robot;
 use canloop::stack::StackConfig;
-use canloop::wheels::Wheels;
+use canloop::wheels::{Wheel, Wheels};
 
 use crate::drive::DriveSpec;
 use crate::encoder::Encoder;
@@ -90,7 +90,7 @@ impl Scenario {
         DriveSpec {
             encoder: Encoder { counts_per_turn: drive.counts_per_turn, gear_ratio: self.robot.gear_ratio },
             torque_limit_nm: drive.torque_limit_nm,
-            torque_step_nm: self.stack.profile.torque_step_nm(),
+            torque_step_nm: self.stack.profile.command_torque(Wheel::Right).resolution_nm,
             current_loop_s: drive.current_loop_s,
             command_timeout_periods: self.stack.profile.command_timeout_periods,
         }

@@ -24,6 +24,7 @@ pub struct VirtualRobot {
     /// SYNCs seen.
     ticks: u64,
     torque_applied_nm: Wheels<f64>,
+    feedback_counters: Wheels<u8>,
     next_heartbeat: Instant,
     frames: VecDeque<(Wheel, Frame)>,
 }
@@ -39,6 +40,7 @@ impl VirtualRobot {
             period_s,
             ticks: 0,
             torque_applied_nm: Wheels::default(),
+            feedback_counters: Wheels::default(),
             next_heartbeat: start,
             frames: VecDeque::with_capacity(16),
         }
@@ -108,7 +110,9 @@ impl VirtualRobot {
         let angle_rad = self.plant.state().angle_rad;
         for wheel in Wheel::BOTH {
             let drive = &mut self.drives[wheel];
-            let feedback = drive.sync(span_s, angle_rad[wheel]);
+            let counter = self.feedback_counters[wheel];
+            let feedback = drive.sync(span_s, angle_rad[wheel], counter);
+            self.feedback_counters[wheel] = self.profile.next_feedback_counter(wheel, counter);
             let raised = drive.take_raised_fault();
             self.torque_applied_nm[wheel] = feedback.torque_applied_nm;
             if let Some(fault) = raised {

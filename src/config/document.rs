@@ -116,6 +116,11 @@ impl Document {
         toml::to_string(&self.root.value.plain()).expect("what was TOML can be TOML again")
     }
 
+    /// The file's text, as read.
+    pub fn text(&self) -> &str {
+        &self.source.text
+    }
+
     /// The file's name in messages.
     pub fn name(&self) -> &str {
         &self.source.name

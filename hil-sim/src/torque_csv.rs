@@ -1,0 +1,8 @@
+//! stub
+use std::io::Write; use crate::plant::Plant; use canloop::config::Problem;
+/// s
+pub struct TorqueRow;
+/// s
+pub fn read(_: &std::path::Path)->Result<Vec<TorqueRow>,Problem>{Err(Problem::bare("x"))}
+/// s
+pub fn run_open_loop(_: Plant, _: &[TorqueRow], _: &mut impl Write)->std::io::Result<()>{Ok(())}
