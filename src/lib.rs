@@ -3,6 +3,7 @@
 pub mod config;
 pub mod event;
 pub mod frame;
+pub mod report;
 pub mod robot;
 pub mod schema;
 pub mod time;
