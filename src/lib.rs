@@ -8,6 +8,7 @@ pub mod frame;
 pub mod log;
 pub mod odometry;
 pub mod path;
+pub mod report;
 pub mod robot;
 pub mod safety;
 pub mod schema;
