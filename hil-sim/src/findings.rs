@@ -23,7 +23,7 @@ pub fn findings(scenario: &Scenario, summary: &Summary, outcome: &Outcome) -> Ve
             summary.simulated_s
         ));
     }
-    if rings(scenario, summary) {
+    if summary.rings {
         found.push(format!(
             "The torque rings: it changes by {:.1} N m from one period to the next, on average.",
             summary.torque.chatter_nm
@@ -35,8 +35,9 @@ pub fn findings(scenario: &Scenario, summary: &Summary, outcome: &Outcome) -> Ve
     found
 }
 
-fn rings(scenario: &Scenario, summary: &Summary) -> bool {
-    summary.torque.chatter_nm > RINGING_SHARE * scenario.stack.drive.torque_limit_nm
+/// Whether torque that changes by this much a period never settled.
+pub fn rings(chatter_nm: f64, scenario: &Scenario) -> bool {
+    chatter_nm > RINGING_SHARE * scenario.stack.drive.torque_limit_nm
 }
 
 /// Why a law is known to fail where it does.

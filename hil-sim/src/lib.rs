@@ -15,6 +15,7 @@ pub mod encoder;
 pub mod expect;
 pub mod findings;
 mod ideal;
+pub mod paper;
 pub mod plant;
 pub mod recording;
 pub mod scenario;

@@ -39,6 +39,8 @@ pub struct Summary {
     pub tracking: Tracking,
     /// What the controller asked of the motors.
     pub torque: TorqueFigures,
+    /// Whether the torque never settled.
+    pub rings: bool,
     /// What crossed the bus.
     pub bus: BusFigures,
     /// BLAKE3 over every frame's time, id and data in order: time as 8 bytes
@@ -159,6 +161,7 @@ impl Gauge {
             state: outcome.state.map(|state| state.name()),
             tracking: Tracking { rms_m, ..self.tracking },
             torque: TorqueFigures { chatter_nm, ..self.torque },
+            rings: crate::findings::rings(chatter_nm, scenario),
             bus: BusFigures {
                 frames: outcome.wire.frames,
                 lost: outcome.wire.lost,

@@ -12,6 +12,7 @@ pub struct Progress {
 }
 
 const PATIENCE: Duration = Duration::from_secs(1);
+const REFRESH: Duration = Duration::from_millis(20);
 
 impl Progress {
     /// Work of `length` steps.
@@ -30,6 +31,12 @@ impl Progress {
             self.shown = true;
         }
         self.bar.set_position(position);
+    }
+
+    /// Lets others work for a moment before the bar is drawn anew.
+    #[allow(clippy::disallowed_methods, reason = "nothing simulated waits")]
+    pub fn wait(&self) {
+        std::thread::sleep(REFRESH);
     }
 
     /// Wall-clock time since the work began, s.

@@ -1,0 +1,69 @@
+//! The paper's simulations: which there are, and the pictures and the page
+//! made of them.
+
+mod cases;
+mod page;
+mod pictures;
+
+pub use cases::{Case, Friction, Setup, cases};
+pub use page::page;
+pub use pictures::{Picture, figures};
+
+use crate::summary::Summary;
+use crate::trace::Trace;
+
+/// A case and what came of it.
+#[derive(Clone, Debug)]
+pub struct Finished {
+    /// What was run.
+    pub case: Case,
+    /// Its figures.
+    pub summary: Summary,
+    /// What its pictures are drawn from.
+    pub trace: Trace,
+}
+
+/// How a run went, in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It stayed on its path to the end.
+    Tracks,
+    /// It ended elsewhere.
+    Drifts,
+    /// Its torque never settled.
+    Rings,
+    /// Its stack tripped.
+    Trips,
+    /// It ran away.
+    Diverges,
+}
+
+/// A robot that ends further from its path than this, m, has left it.
+const ON_PATH_M: f64 = 0.02;
+
+impl Finished {
+    /// How it went.
+    pub fn outcome(&self) -> Outcome {
+        let summary = &self.summary;
+        match (summary.end, summary.state) {
+            ("diverged", _) => Outcome::Diverges,
+            (_, Some("tripped")) => Outcome::Trips,
+            _ if summary.rings => Outcome::Rings,
+            _ if summary.tracking.final_m > ON_PATH_M => Outcome::Drifts,
+            _ => Outcome::Tracks,
+        }
+    }
+}
+
+impl Outcome {
+    /// The word.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Tracks => "tracks",
+            Self::Drifts => "drifts",
+            Self::Rings => "rings",
+            Self::Trips => "trips",
+            Self::Diverges => "diverges",
+        }
+    }
+}
