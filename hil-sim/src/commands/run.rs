@@ -150,6 +150,7 @@ fn print(summary: &Summary, elapsed_s: f64) {
 /// A length with the prefix that people read easiest.
 pub(super) fn length(metres: f64) -> String {
     match metres.abs() {
+        size if size < 1e-12 => "0 m".to_owned(),
         size if size < 1e-6 => format!("{:.3} nm", metres * 1e9),
         size if size < 1e-3 => format!("{:.3} um", metres * 1e6),
         size if size < 1.0 => format!("{:.3} mm", metres * 1e3),

@@ -34,20 +34,23 @@ pub enum Outcome {
     Rings,
     /// Its stack tripped.
     Trips,
-    /// It ran away.
+    /// It ran away, out of the circle's reach.
     Diverges,
 }
 
 /// A robot that ends further from its path than this, m, has left it.
 const ON_PATH_M: f64 = 0.02;
+/// No two points of the circle are this far apart, m: a robot that ever was is
+/// running away.
+const RUNAWAY_M: f64 = 10.0;
 
 impl Finished {
     /// How it went.
     pub fn outcome(&self) -> Outcome {
         let summary = &self.summary;
-        match (summary.end, summary.state) {
-            ("diverged", _) => Outcome::Diverges,
-            (_, Some("tripped")) => Outcome::Trips,
+        match summary.state {
+            Some("tripped") => Outcome::Trips,
+            _ if summary.tracking.max_m > RUNAWAY_M => Outcome::Diverges,
             _ if summary.rings => Outcome::Rings,
             _ if summary.tracking.final_m > ON_PATH_M => Outcome::Drifts,
             _ => Outcome::Tracks,

@@ -34,33 +34,29 @@ fn table(runs: &[Finished]) -> Table {
     let table = Table::new([
         Column::text("controller"),
         Column::text("friction"),
-        Column::text("link"),
-        Column::number("T", "ms", 0),
-        Column::number("rms", "m", 6),
+        Column::text("link, T"),
+        Column::text("outcome"),
+        Column::number("error, rms", "m", 6),
         Column::number("max", "m", 6),
         Column::number("final", "m", 6),
         Column::number("torque, max", "N m", 2),
-        Column::number("chatter", "N m", 3),
-        Column::text("outcome"),
     ]);
     runs.iter().fold(table, |table, run| {
         let tracking = &run.summary.tracking;
         let controller = if run.case.from_aside {
-            format!("{}, pose loop from (8, 4, 0)", run.case.controller)
+            format!("{}, from (8, 4, 0)", run.case.controller)
         } else {
             run.case.controller.to_owned()
         };
         table.row([
             controller.into(),
             run.case.friction.name().into(),
-            run.case.setup.name().into(),
-            f64::from(run.case.setup.period_ms()).into(),
+            format!("{}, {} ms", run.case.setup.name(), run.case.setup.period_ms()).into(),
+            badge(run.outcome()),
             tracking.rms_m.into(),
             tracking.max_m.into(),
             tracking.final_m.into(),
             run.summary.torque.max_nm.into(),
-            run.summary.torque.chatter_nm.into(),
-            badge(run.outcome()),
         ])
     })
 }
