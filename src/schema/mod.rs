@@ -9,6 +9,7 @@ mod dbc_parser;
 mod dbc_syntax;
 mod decode_error;
 mod linker;
+mod markdown;
 mod message;
 mod profile;
 mod profile_reader;
