@@ -95,7 +95,7 @@ impl Dynamics {
     pub fn smooth_rate_hz(&self, mobility: &Mobility, speed_rad_s: Wheels<f64>) -> f64 {
         let Wheels { right, left } = &self.friction;
         let viscous = right.viscous_nm_s_per_rad * mobility.right + left.viscous_nm_s_per_rad * mobility.left;
-        let velocity = 2.0 * self.velocity_gain.abs() * (speed_rad_s.right.abs() + speed_rad_s.left.abs());
+        let velocity = self.velocity_gain.abs() * (speed_rad_s.right.abs() + speed_rad_s.left.abs());
         viscous + velocity * (mobility.right + mobility.left)
     }
 

@@ -39,6 +39,7 @@ impl Stretch<'_> {
     }
 
     /// `beyond` goes past the end of the stretch: the step that goes just to it.
+    #[cold]
     fn up_to_end(&self, beyond: Step) -> Step {
         let mut beyond = beyond;
         while self.returned(&beyond).any(|&returned| returned) {
@@ -47,7 +48,7 @@ impl Stretch<'_> {
             }
             beyond = self.step(0.5 * beyond.span_s);
         }
-        let start_margin = self.margin(&self.step(0.0));
+        let start_margin = self.start_margin();
         if start_margin < 0.0 || self.margin(&beyond) >= 0.0 {
             return beyond;
         }

@@ -27,12 +27,13 @@ impl Dynamics {
     /// and slipping ones move the way they are said to. As the mass matrix is
     /// positive definite there is just one, ties aside.
     pub fn grip(&self, speed_rad_s: Wheels<f64>, torque_nm: Wheels<f64>) -> Wheels<Grip> {
-        let rest = Wheels::from_fn(|wheel| speed_rad_s[wheel] == 0.0 && self.friction()[wheel].is_dry());
-        let moving = Wheels::from_fn(|wheel| [self.moving(wheel, speed_rad_s[wheel])]);
-        if !rest.any(|&rest| rest) {
-            return moving.map(|[grip]| grip);
+        let moving = Wheels::from_fn(|wheel| self.moving(wheel, speed_rad_s[wheel]));
+        let rest = Wheels::from_fn(|wheel| speed_rad_s[wheel] == 0.0 && moving[wheel] != Grip::Slips(0.0));
+        if !rest.right && !rest.left {
+            return moving;
         }
-        let choices = Wheels::from_fn(|wheel| if rest[wheel] { &AT_REST[..] } else { &moving[wheel][..] });
+        let choices = rest
+            .zip_with(moving.as_ref(), |rest, moving| if rest { &AT_REST[..] } else { std::slice::from_ref(moving) });
         self.most_consistent(choices, speed_rad_s, torque_nm)
     }
 

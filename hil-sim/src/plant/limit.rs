@@ -3,6 +3,7 @@
 
 use canloop::wheels::{Wheel, Wheels};
 
+use super::course::Course;
 use super::friction::STRIBECK_END;
 use super::stretch::Stretch;
 
@@ -16,7 +17,7 @@ const STRIBECK_TRAVEL: f64 = 0.2;
 /// Heading change in a step, rad: 1e-10 of the way travelled.
 const TURN_RAD: f64 = 0.02;
 /// Speed error, rad/s, allowed to a step for a torque that is lagging.
-const LAG_ERROR_RAD_S: f64 = 2e-10;
+const LAG_ERROR_RAD_S: f64 = 5e-10;
 /// A step is never shorter on account of the heading, s: who spins faster
 /// than 2000 rad/s does not ask where to.
 const SHORTEST_TURN_S: f64 = 1e-5;
@@ -25,9 +26,8 @@ const SHORTEST_S: f64 = 1e-9;
 
 impl Stretch<'_> {
     /// The longest step, s, up to `left_s`, that is accurate. `refinement`
-    /// divides every limit; `yaw_ratio` is the body's turn per difference of
-    /// the wheels' turns.
-    pub fn step_limit(&self, left_s: f64, refinement: f64, yaw_ratio: f64) -> f64 {
+    /// divides every limit.
+    pub fn step_limit(&self, left_s: f64, refinement: f64, course: &Course) -> f64 {
         let smooth_hz = self.dynamics.smooth_rate_hz(&self.mobility, self.speed);
         let stribeck_hz = self.dynamics.stribeck_rate_hz(&self.mobility, self.speed);
         let mut span_s = left_s;
@@ -36,7 +36,7 @@ impl Stretch<'_> {
         for wheel in Wheel::BOTH {
             self.limit_travel(&mut span_s, wheel, refinement);
         }
-        self.limit_turn(&mut span_s, yaw_ratio, TURN_RAD / refinement);
+        self.limit_turn(&mut span_s, course, TURN_RAD / refinement);
         self.limit_lag(&mut span_s, smooth_hz + stribeck_hz, refinement);
         span_s.max(SHORTEST_S).min(left_s)
     }
@@ -60,8 +60,8 @@ impl Stretch<'_> {
         shorten(span_s, friction.stribeck_s_per_rad * acceleration, travel);
     }
 
-    fn limit_turn(&self, span_s: &mut f64, yaw_ratio: f64, turn_rad: f64) {
-        let yaw = |wheels: Wheels<f64>| yaw_ratio * (wheels.right - wheels.left).abs();
+    fn limit_turn(&self, span_s: &mut f64, course: &Course, turn_rad: f64) {
+        let yaw = |wheels: Wheels<f64>| course.yaw(wheels).abs();
         let acceleration = yaw(self.steady_acceleration) + yaw(self.excess_acceleration);
         let rate_hz = yaw(self.speed) + acceleration * *span_s;
         let before_s = *span_s;
@@ -69,17 +69,20 @@ impl Stretch<'_> {
         *span_s = span_s.max(SHORTEST_TURN_S).min(before_s);
     }
 
-    /// The scheme samples what the excess adds to the speeds at three moments;
-    /// by Simpson's rule that is off by `(t/T)^4 / 2880` of it, and `rate_hz`
-    /// says how much of that comes back as acceleration.
+    /// The scheme gets the first integral of what the excess adds to the
+    /// speeds right; of the second it misses, for a step of `x` time
+    /// constants, the part `x^3 / 720`, and never more than 1/30. What that
+    /// does to the speeds goes with the square of the friction's rate.
     fn limit_lag(&self, span_s: &mut f64, rate_hz: f64, refinement: f64) {
         for wheel in Wheel::BOTH {
             let time_constant_s = self.torque[wheel].time_constant_s;
-            let allowed = 2880.0 * LAG_ERROR_RAD_S;
-            let gain = self.excess_acceleration[wheel].abs() * time_constant_s * rate_hz * *span_s;
-            let ratio = *span_s / time_constant_s * refinement;
-            if gain * (ratio * ratio) * (ratio * ratio) > allowed {
-                *span_s = span_s.min(time_constant_s / refinement * (allowed / gain).sqrt().sqrt());
+            let felt = rate_hz * *span_s;
+            let error = self.excess_acceleration[wheel].abs() * time_constant_s * (felt * felt);
+            let x = *span_s * refinement;
+            let missed = (x * x * x).min(24.0 * time_constant_s * time_constant_s * time_constant_s);
+            let allowed = 720.0 * LAG_ERROR_RAD_S * time_constant_s * time_constant_s * time_constant_s;
+            if error * missed > allowed {
+                *span_s = span_s.min(libm::cbrt(allowed / error) / refinement);
             }
         }
     }

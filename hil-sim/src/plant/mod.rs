@@ -33,8 +33,7 @@ pub struct Plant {
     dynamics: Dynamics,
     course: Course,
     state: State,
-    /// Turn of the body per difference of the wheels' turns.
-    yaw_ratio: f64,
+    /// Divides the length of every step.
     refinement: f64,
 }
 
@@ -52,12 +51,10 @@ pub struct State {
 impl Plant {
     /// A robot at rest at `start`, its wheel angles zero.
     pub fn new(robot: Robot, friction: Wheels<Friction>, start: Pose) -> Self {
-        let yaw_ratio = robot.twist(Wheels { right: 1.0, left: 0.0 }).yaw_rate_rad_s;
         Self {
             dynamics: Dynamics::new(&robot, friction),
-            course: Course::new(robot, start),
+            course: Course::new(&robot, start),
             state: State { pose: start, ..State::default() },
-            yaw_ratio,
             refinement: 1.0,
         }
     }
@@ -111,13 +108,16 @@ impl Plant {
         let speed = self.state.speed_rad_s;
         let grip = self.dynamics.grip(speed, torque.map(|torque| torque.now_nm()));
         let stretch = Stretch::new(&self.dynamics, grip, speed, torque);
-        let step = stretch.step(stretch.step_limit(left_s, self.refinement, self.yaw_ratio));
+        let step = stretch.step(stretch.step_limit(left_s, self.refinement, &self.course));
         let step = stretch.lasting(step);
         self.commit(&step);
         step.span_s
     }
 
     fn commit(&mut self, step: &Step) {
+        if step.is_at_rest() {
+            return;
+        }
         self.state.angle_rad = self.state.angle_rad + step.turned;
         self.state.speed_rad_s = step.speed.map(|speed| speed.clamp(-FASTEST_RAD_S, FASTEST_RAD_S));
         self.course.follow(step, self.state.angle_rad);

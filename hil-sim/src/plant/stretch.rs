@@ -9,8 +9,8 @@ use super::torque::Torque;
 
 /// The motion from a given moment on, as long as the grips stay what they are.
 ///
-/// A torque's decaying excess is integrated exactly, so it does not limit the
-/// step: the speeds are `u + (what the excess alone adds)`, and the
+/// A torque's decaying excess is integrated exactly, so that it hardly limits
+/// the step: the speeds are `u + (what the excess alone adds)`, and the
 /// Runge-Kutta scheme works on `u`.
 pub struct Stretch<'p> {
     pub dynamics: &'p Dynamics,
@@ -49,6 +49,17 @@ pub struct Step {
 struct Gain {
     speed: Wheels<f64>,
     turned: Wheels<f64>,
+    /// Half-way only: the added speed with which Simpson's rule finds the
+    /// added turn of the whole step. Friction in proportion to the speed then
+    /// feels the right mean, however long the step.
+    felt: Wheels<f64>,
+}
+
+impl Step {
+    /// Whether nothing moved.
+    pub fn is_at_rest(&self) -> bool {
+        self.speed == Wheels::default() && self.turned == Wheels::default()
+    }
 }
 
 impl<'p> Stretch<'p> {
@@ -70,13 +81,14 @@ impl<'p> Stretch<'p> {
     }
 
     /// One step of the classical fourth-order Runge-Kutta scheme, with the
-    /// half-way values from its continuous extension of third order.
+    /// half-way values from its continuous extension of third order. The span
+    /// must be more than zero.
     pub fn step(&self, span_s: f64) -> Step {
         let half_s = 0.5 * span_s;
-        let [mid, end] = self.gains(span_s);
+        let (mid, end) = self.gains(span_s);
         let k1 = self.steady_acceleration;
-        let k2 = self.steady_acceleration_at(self.speed + k1 * half_s + mid.speed);
-        let k3 = self.steady_acceleration_at(self.speed + k2 * half_s + mid.speed);
+        let k2 = self.steady_acceleration_at(self.speed + k1 * half_s + mid.felt);
+        let k3 = self.steady_acceleration_at(self.speed + k2 * half_s + mid.felt);
         let k4 = self.steady_acceleration_at(self.speed + k3 * span_s + end.speed);
         let k23 = k2 + k3;
         Step {
@@ -94,15 +106,23 @@ impl<'p> Stretch<'p> {
     /// the holding torque that a stuck wheel has in reserve (N m), whichever
     /// is less. Only the sign and the place of zero mean anything.
     pub fn margin(&self, step: &Step) -> f64 {
+        self.margin_at(step.span_s, step.speed)
+    }
+
+    /// The same at the start.
+    pub fn start_margin(&self) -> f64 {
+        self.margin_at(0.0, self.speed)
+    }
+
+    fn margin_at(&self, t_s: f64, speed: Wheels<f64>) -> f64 {
         let reserve = |wheel: Wheel| {
-            let torque_nm = self.torque.map(|torque| torque.at(step.span_s));
-            let net_nm = self.dynamics.net_nm(self.grip, step.speed, torque_nm);
+            let net_nm = self.dynamics.net_nm(self.grip, speed, self.torque.map(|torque| torque.at(t_s)));
             let held_nm = self.dynamics.held_nm(wheel, net_nm, self.mobility.times(net_nm));
             self.dynamics.friction()[wheel].static_nm - held_nm.abs()
         };
         let margin = |wheel: Wheel| match self.grip[wheel] {
             Grip::Sticks => reserve(wheel),
-            Grip::Slips(direction) => direction * step.speed[wheel],
+            Grip::Slips(direction) => direction * speed[wheel],
         };
         margin(Wheel::Right).min(margin(Wheel::Left))
     }
@@ -123,13 +143,16 @@ impl<'p> Stretch<'p> {
     }
 
     /// What the excess adds until half-way and until the end.
-    fn gains(&self, span_s: f64) -> [Gain; 2] {
+    fn gains(&self, span_s: f64) -> (Gain, Gain) {
         if !self.lags() {
-            return [Gain::default(); 2];
+            return (Gain::default(), Gain::default());
         }
         let half_s = 0.5 * span_s;
         let half_decay = self.torque.map(|torque| torque.decay(half_s));
-        [self.gain(half_s, half_decay), self.gain(span_s, half_decay.map(|half| half * half))]
+        let mid = self.gain(half_s, half_decay);
+        let end = self.gain(span_s, half_decay.map(|half| half * half));
+        let felt = end.turned * (1.5 / span_s) - end.speed * 0.25;
+        (Gain { felt, ..mid }, end)
     }
 
     /// The first and second integral of the excess acceleration over `t_s`,
@@ -140,6 +163,6 @@ impl<'p> Stretch<'p> {
         let second = self
             .torque
             .zip_with(impulse, |torque, impulse| torque.time_constant_s * (torque.excess_nm * t_s - impulse));
-        Gain { speed: self.mobility.times(impulse), turned: self.mobility.times(second) }
+        Gain { speed: self.mobility.times(impulse), turned: self.mobility.times(second), felt: Wheels::default() }
     }
 }

@@ -1,0 +1,6 @@
+//! The plant: how the simulated robot moves.
+#![allow(missing_docs, reason = "tests have no readers of their documentation")]
+
+mod accuracy;
+mod oracle;
+mod paper;
