@@ -194,7 +194,7 @@ impl Sink for McapLog {
         }
         match &mut self.filling {
             Some(batch) => batch.push(at, event),
-            None => self.lost += 1,
+            None => self.lost += u64::from(Batch::keeps(event)),
         }
     }
 }
