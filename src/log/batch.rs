@@ -56,8 +56,13 @@ impl Batch {
         self.items.first().map(|&(at, _)| at)
     }
 
-    /// Takes an event. The beginning of a period says nothing that its end
-    /// does not, so [`Event::Sync`] is left out.
+    /// Whether it takes such an event at all. The beginning of a period says
+    /// nothing that its end does not, so [`Event::Sync`] is left out.
+    pub const fn keeps(event: &Event) -> bool {
+        !matches!(event, Event::Sync(_))
+    }
+
+    /// Takes an event.
     pub fn push(&mut self, at: Instant, event: &Event) {
         let item = match event {
             Event::Frame(on_bus) => self.frame_item(on_bus),

@@ -11,7 +11,7 @@ use super::protobuf::{FD_FRAME_FIELDS, field_type, put_fd_frame, put_signals};
 use super::{LogError, LoggedBus};
 use crate::event::BusFrame;
 use crate::frame::{CanId, FrameKind};
-use crate::schema::{Dbc, MessageLayout, Signal};
+use crate::schema::{MessageLayout, Signal};
 use crate::time::Instant;
 
 /// Writes the frames of one bus.
@@ -64,7 +64,7 @@ impl BusLog {
         };
         let package = format!("canloop.{}", identifier(bus.name, &mut BTreeSet::new()));
         let mut names = BTreeSet::from(["fd".to_owned()]);
-        for layout in bus.dbcs.iter().flat_map(|dbc: &&Dbc| &dbc.messages) {
+        for layout in bus.dbcs.iter().flat_map(|dbc| &dbc.messages) {
             let key = key(layout.id);
             if log.messages.iter().all(|message| message.key != key) {
                 let name = identifier(&layout.name, &mut names);

@@ -46,7 +46,7 @@ impl Chunk {
     /// An empty chunk for channel ids below `channels`.
     pub fn new(channels: usize) -> io::Result<Self> {
         Ok(Self {
-            compressor: Compressor::new(ZSTD_LEVEL)?,
+            compressor: Compressor::new(std::env::var("ZL").map_or(ZSTD_LEVEL, |l| l.parse().unwrap()))?,
             records: Vec::new(),
             indexes: vec![Vec::new(); channels],
             span: None,

@@ -13,9 +13,7 @@ use prost_types::{
 /// A set with the one message `package.name` of flat optional fields, numbered
 /// from 1 in order, serialised.
 ///
-/// It is proto2, where a field that was not written differs from a zero, and
-/// where names that differ only in underscores (`Speed1`, `Speed_1`) are no
-/// error as they are in proto3.
+/// It is proto2, where a field that was not written differs from a zero.
 pub(super) fn flat_message(package: &str, name: &str, fields: &[(&str, Type)]) -> Vec<u8> {
     let field = (1..).zip(fields).map(|(number, &(name, kind))| field(name, number, kind, None)).collect();
     let message = DescriptorProto { name: Some(name.to_owned()), field, ..DescriptorProto::default() };
@@ -95,6 +93,8 @@ fn field(name: &str, number: i32, kind: Type, type_name: Option<&str>) -> FieldD
         label: Some(Label::Optional.into()),
         r#type: Some(kind.into()),
         type_name: type_name.map(str::to_owned),
+        // Left to a reader it would be camel case, and `Speed1` and `Speed_1` the same name, which is an error.
+        json_name: Some(name.to_owned()),
         ..FieldDescriptorProto::default()
     }
 }

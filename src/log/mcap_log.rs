@@ -26,12 +26,12 @@ pub struct LogContents<'a> {
 }
 
 /// A bus whose frames are logged.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct LoggedBus<'a> {
     /// Its name, such as `can0`.
     pub name: &'a str,
     /// What its frames are decoded with.
-    pub dbcs: &'a [&'a Dbc],
+    pub dbcs: Vec<&'a Dbc>,
 }
 
 /// What to do with an event when the log's thread has not caught up.
@@ -194,7 +194,7 @@ impl Sink for McapLog {
         }
         match &mut self.filling {
             Some(batch) => batch.push(at, event),
-            None => self.lost += 1,
+            None => self.lost += u64::from(Batch::keeps(event)),
         }
     }
 }
