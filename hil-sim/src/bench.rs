@@ -48,11 +48,7 @@ pub const DIVERGED_M: f64 = 1000.0;
 
 /// Runs a scenario to its end. `progress` is called once a period and may
 /// break the run off.
-pub fn run(
-    scenario: &Scenario,
-    sink: &mut impl Sink,
-    progress: impl FnMut(u64) -> ControlFlow<()>,
-) -> Outcome {
+pub fn run(scenario: &Scenario, sink: &mut impl Sink, progress: impl FnMut(u64) -> ControlFlow<()>) -> Outcome {
     match scenario.link {
         Link::Ideal => ideal::run(scenario, sink, progress),
         Link::Can { bitrate_bit_s } => Bench::new(scenario, bitrate_bit_s, sink).run(scenario.ticks(), progress),

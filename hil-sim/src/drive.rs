@@ -79,12 +79,7 @@ impl Drive {
         self.step_state();
         self.watch_commands();
         self.put_into_force();
-        Feedback {
-            position_counts: self.spec.encoder.counts(angle_rad),
-            torque_applied_nm,
-            state: self.state,
-            counter,
-        }
+        Feedback { position_counts: self.spec.encoder.counts(angle_rad), torque_applied_nm, state: self.state, counter }
     }
 
     /// A sign of life.

@@ -32,9 +32,8 @@ impl<'s> Recording<'s> {
     pub fn with_log(mut self, path: &Path) -> Result<Self, LogError> {
         let scenario = self.scenario;
         let profile = &scenario.stack.profile;
-        let dbcs = [&profile.dbc];
         let contents = LogContents {
-            buses: vec![LoggedBus { name: "can0", dbcs: &dbcs }],
+            buses: vec![LoggedBus { name: "can0", dbcs: vec![&profile.dbc] }],
             attachments: attachments(scenario),
             metadata: metadata(scenario),
         };

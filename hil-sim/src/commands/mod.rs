@@ -61,6 +61,5 @@ fn create_folder(folder: &Path) -> Result<(), Failure> {
 }
 
 fn write_file(path: &Path, contents: &str) -> Result<(), Failure> {
-    std::fs::write(path, contents)
-        .map_err(|error| Failure::Broken(format!("cannot write {}: {error}", path.display())))
+    std::fs::write(path, contents).map_err(|error| Failure::Broken(format!("cannot write {}: {error}", path.display())))
 }

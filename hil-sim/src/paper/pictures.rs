@@ -25,7 +25,8 @@ const VIEW_M: (f64, f64) = (-5.0, 15.0);
 pub fn figures(runs: &[Finished]) -> Vec<Picture> {
     let ideal = Setup::Ideal { period_ms: 1 };
     let mut figures = Vec::new();
-    for (number, friction, words) in [("5", Friction::None, "without friction"), ("6", Friction::Paper, "with friction")]
+    for (number, friction, words) in
+        [("5", Friction::None, "without friction"), ("6", Friction::Paper, "with friction")]
     {
         let panels = [
             ("a", "dac", ideal, "DAC, ideal link, T = 1 ms"),
