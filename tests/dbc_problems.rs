@@ -2,6 +2,7 @@
 
 use canloop::config::{Problems, Source};
 use canloop::schema::Dbc;
+use proptest::prelude::*;
 
 fn problems(text: &str) -> Problems {
     Dbc::parse(&Source::new("bad.dbc", text)).expect_err("this DBC is bad")
@@ -123,4 +124,23 @@ fn vector_s_parked_signals_and_a_byte_order_mark_are_no_problem() {
 fn a_statement_inside_a_comment_moves_no_line_number() {
     let text = format!("{ONE}\nCM_ \"\nBO_ 9 Nine: 8 A\n\";\n\nBO_ 2 Two: 65 A\n");
     assert_problem(&text, "bad.dbc:12:1", &["Two"]);
+}
+
+const WHEEL_DRIVE: &str = include_str!("../dbc/wheel_drive.dbc");
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_damage_makes_the_reader_panic(
+        at in 0..WHEEL_DRIVE.len(),
+        removed in 0..40_usize,
+        added in "[ -~\n\"é\u{FEFF}]{0,6}|-?[0-9]{1,25}|BO_ |SG_ |//",
+    ) {
+        let damaged = format!("{}{added}{}", &WHEEL_DRIVE[..at], WHEEL_DRIVE.get(at + removed..).unwrap_or(""));
+        if let Err(problems) = Dbc::parse(&Source::new("damaged.dbc", damaged)) {
+            prop_assert!(problems.0.iter().all(|problem| problem.position().is_some()));
+            prop_assert!(!problems.to_string().is_empty());
+        }
+    }
 }

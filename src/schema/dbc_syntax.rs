@@ -35,12 +35,13 @@ pub(super) fn parse(source: &Arc<Source>, text: &str) -> Result<Dbc, Problem> {
 }
 
 /// Where a text stops making sense, and what would have made some there. The
-/// parser only keeps track of all it tried when told to, so it runs again.
+/// parser only keeps track of all it tried when told to, so it runs again. The
+/// switch is the process's: left on, no other thread can turn it off midway.
 fn syntax_error(text: &str) -> (Range<usize>, String) {
     pest::set_error_detail(true);
-    let again = Dbc::try_from(text);
-    pest::set_error_detail(false);
-    let Err(DbcError::Pest(error)) = again else { return (0..0, "unknown statement".to_owned()) };
+    let Err(DbcError::Pest(error)) = Dbc::try_from(text) else {
+        unreachable!("the same text was refused a moment ago")
+    };
     let Some(attempts) = error.parse_attempts() else { return (0..0, error.to_string()) };
     let at = attempts.max_position;
     let label = format!(
