@@ -11,6 +11,9 @@ use super::grip::Grip;
 /// no mechanism has: it is softened, so that the work for a step is bounded.
 const STEEPEST_RATE_HZ: f64 = 1e6;
 
+/// Speed error, rad/s, allowed to a step from rest for the Stribeck curve.
+const STRIBECK_ERROR_RAD_S: f64 = 1e-8;
+
 /// What turns torque into acceleration. Speeds only: the motion of the wheels
 /// does not depend on where the robot is.
 #[derive(Clone, Debug)]
@@ -21,6 +24,7 @@ pub struct Dynamics {
     /// Velocity torque per product of speeds, N m s^2; 0 in the paper's model.
     velocity_gain: f64,
     friction: Wheels<Friction>,
+    stribeck_travel: Wheels<f64>,
 }
 
 /// Acceleration per torque, 1/(kg m^2): a symmetric matrix whose row and
@@ -47,7 +51,10 @@ impl Dynamics {
             }
         };
         let mobility = Wheels { right: free.right, left: free.left };
-        Self { mass, free, velocity_gain, friction: friction.zip_with(mobility, softened) }
+        let friction = friction.zip_with(mobility, softened);
+        let stribeck_travel =
+            friction.map(|friction| libm::pow(2880.0 * friction.stribeck_s_per_rad * STRIBECK_ERROR_RAD_S, 0.2));
+        Self { mass, free, velocity_gain, friction, stribeck_travel }
     }
 
     /// Each wheel's friction.
@@ -90,19 +97,29 @@ impl Dynamics {
         net_nm[wheel] - self.mass.m12 * acceleration[wheel.other()]
     }
 
-    /// How fast small differences of speed grow or shrink at most through
-    /// viscous friction and the velocity terms, 1/s.
-    pub fn smooth_rate_hz(&self, mobility: &Mobility, speed_rad_s: Wheels<f64>) -> f64 {
+    /// How fast viscous friction makes speeds forget their past at most, 1/s.
+    pub fn viscous_rate_hz(&self, mobility: &Mobility) -> f64 {
         let Wheels { right, left } = &self.friction;
-        let viscous = right.viscous_nm_s_per_rad * mobility.right + left.viscous_nm_s_per_rad * mobility.left;
-        let velocity = self.velocity_gain.abs() * (speed_rad_s.right.abs() + speed_rad_s.left.abs());
-        viscous + velocity * (mobility.right + mobility.left)
+        right.viscous_nm_s_per_rad * mobility.right + left.viscous_nm_s_per_rad * mobility.left
     }
 
-    /// The same through the Stribeck term, 1/s.
+    /// How fast the velocity terms turn one wheel's speed into the other's, 1/s.
+    pub fn velocity_rate_hz(&self, mobility: &Mobility, speed_rad_s: Wheels<f64>) -> f64 {
+        let speeds = speed_rad_s.right.abs() + speed_rad_s.left.abs();
+        self.velocity_gain.abs() * speeds * (mobility.right + mobility.left)
+    }
+
+    /// How fast small differences of speed grow at most through the Stribeck
+    /// term, 1/s.
     pub fn stribeck_rate_hz(&self, mobility: &Mobility, speed_rad_s: Wheels<f64>) -> f64 {
         self.friction.right.stribeck_slope(speed_rad_s.right) * mobility.right
             + self.friction.left.stribeck_slope(speed_rad_s.left) * mobility.left
+    }
+
+    /// What part of the Stribeck speed `1/a` a step from rest may travel. A
+    /// step that travels `q / a` is off by about `q^5 / (2880 a)` in speed.
+    pub fn stribeck_travel(&self, wheel: Wheel) -> f64 {
+        self.stribeck_travel[wheel]
     }
 
     /// The centre of gravity, `e` ahead of the axle, resists the turn: force

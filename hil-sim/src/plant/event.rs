@@ -19,23 +19,46 @@ impl Stretch<'_> {
     /// `step` itself if the stretch lasts through it, else the part of it up
     /// to the end of the stretch.
     pub fn lasting(&self, step: Step) -> Step {
-        let step = self.dip(&step).unwrap_or(step);
+        let early = self.dip(&step).or_else(|| self.brief_breakaway(&step));
+        let step = early.unwrap_or(step);
         if self.margin(&step) < 0.0 { self.up_to_end(step) } else { step }
     }
 
-    /// The part of `step` up to where a wheel has dipped through zero, though
-    /// it is back at the end. Where acceleration changes sign on the way.
+    /// A part of `step` at whose end a wheel has passed zero, though it is
+    /// back at the end of the whole: it turned round on the way.
     fn dip(&self, step: &Step) -> Option<Step> {
-        let turning_s = |wheel: Wheel| {
+        Wheel::BOTH.into_iter().find_map(|wheel| {
             let Grip::Slips(direction) = self.grip[wheel] else { return None };
             let before = direction * (self.steady_acceleration[wheel] + self.excess_acceleration[wheel]);
             let after = direction * step.acceleration[wheel];
             let in_reach = direction * self.speed[wheel] < -before * step.span_s;
-            (before < 0.0 && after > 0.0 && in_reach).then(|| step.span_s * before / (before - after))
-        };
-        let part =
-            |wheel: Wheel| turning_s(wheel).map(|span_s| self.step(span_s)).filter(|part| self.margin(part) < 0.0);
-        part(Wheel::Right).or_else(|| part(Wheel::Left))
+            if before < 0.0 && after > 0.0 && in_reach { self.lowest_point(wheel, direction, step) } else { None }
+        })
+    }
+
+    /// Bisection for the instant at which `wheel` turns round, given up as
+    /// soon as it is seen beyond zero.
+    fn lowest_point(&self, wheel: Wheel, direction: f64, step: &Step) -> Option<Step> {
+        const TRIES: usize = 20;
+        let (mut low_s, mut high_s) = (0.0, step.span_s);
+        for _ in 0..TRIES {
+            let part = self.step(0.5 * (low_s + high_s));
+            if self.margin(&part) < 0.0 {
+                return Some(part);
+            }
+            if direction * part.acceleration[wheel] < 0.0 { low_s = part.span_s } else { high_s = part.span_s }
+        }
+        None
+    }
+
+    /// The first half of `step` if a stuck wheel would have broken loose at
+    /// its end: two torques that lag differently may ask most in between.
+    fn brief_breakaway(&self, step: &Step) -> Option<Step> {
+        if !self.lags() || !self.grip.any(|&grip| grip == Grip::Sticks) {
+            return None;
+        }
+        let half = self.step(0.5 * step.span_s);
+        (self.margin(&half) < 0.0).then_some(half)
     }
 
     /// `beyond` goes past the end of the stretch: the step that goes just to it.

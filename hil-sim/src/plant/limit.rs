@@ -1,7 +1,7 @@
 //! How long a step may be. The physics says it: nothing here looks at an
 //! error of the last step, so the same motion always takes the same steps.
 
-use canloop::wheels::{Wheel, Wheels};
+use canloop::wheels::Wheel;
 
 use super::course::Course;
 use super::friction::STRIBECK_END;
@@ -9,13 +9,11 @@ use super::stretch::Stretch;
 
 /// Part of the time constant of viscous friction and velocity terms that a
 /// step may span: a relative error of 1e-9 in each time constant.
-const SMOOTH_STEP: f64 = 0.02;
+const SMOOTH_STEP: f64 = 0.01;
 /// The same for the Stribeck term, where motion spends few time constants.
 const STRIBECK_STEP: f64 = 0.05;
-/// Part of the Stribeck speed `1/a` that a step from rest may travel.
-const STRIBECK_TRAVEL: f64 = 0.2;
 /// Heading change in a step, rad: 1e-10 of the way travelled.
-const TURN_RAD: f64 = 0.02;
+const TURN_RAD: f64 = 0.01;
 /// Speed error, rad/s, allowed to a step for a torque that is lagging.
 const LAG_ERROR_RAD_S: f64 = 5e-10;
 /// A step is never shorter on account of the heading, s: who spins faster
@@ -28,10 +26,10 @@ impl Stretch<'_> {
     /// The longest step, s, up to `left_s`, that is accurate. `refinement`
     /// divides every limit.
     pub fn step_limit(&self, left_s: f64, refinement: f64, course: &Course) -> f64 {
-        let smooth_hz = self.dynamics.smooth_rate_hz(&self.mobility, self.speed);
+        let (smooth_hz, growth) = self.smooth_rate();
         let stribeck_hz = self.dynamics.stribeck_rate_hz(&self.mobility, self.speed);
         let mut span_s = left_s;
-        shorten(&mut span_s, smooth_hz, SMOOTH_STEP / refinement);
+        shorten_growing(&mut span_s, smooth_hz, growth, SMOOTH_STEP / refinement);
         shorten(&mut span_s, stribeck_hz, STRIBECK_STEP / refinement);
         for wheel in Wheel::BOTH {
             self.limit_travel(&mut span_s, wheel, refinement);
@@ -41,9 +39,8 @@ impl Stretch<'_> {
         span_s.max(SHORTEST_S).min(left_s)
     }
 
-    /// Near rest a step travels a part of the Stribeck speed, more of it as
-    /// the term fades away (its error goes with the term and with the fifth
-    /// power of the travel); from far it does not jump into that zone.
+    /// Near rest a step travels a part of the Stribeck speed `1/a`, more of it
+    /// as the term fades away; from far it does not jump into that zone.
     fn limit_travel(&self, span_s: &mut f64, wheel: Wheel, refinement: f64) {
         const LANDING: f64 = STRIBECK_END - 5.0;
         let friction = &self.dynamics.friction()[wheel];
@@ -51,22 +48,33 @@ impl Stretch<'_> {
             return;
         }
         let distance = friction.stribeck_s_per_rad * self.speed[wheel].abs();
-        let travel = if distance > STRIBECK_END {
-            distance - LANDING
-        } else {
-            STRIBECK_TRAVEL * (1.0 + distance / 5.0) / refinement
-        };
         let acceleration = self.steady_acceleration[wheel].abs() + self.excess_acceleration[wheel].abs();
-        shorten(span_s, friction.stribeck_s_per_rad * acceleration, travel);
+        let rate_hz = friction.stribeck_s_per_rad * acceleration;
+        if distance > STRIBECK_END {
+            shorten(span_s, rate_hz, distance - LANDING);
+        } else {
+            let from_rest = self.dynamics.stribeck_travel(wheel);
+            shorten(span_s, rate_hz, from_rest * (1.0 + 0.2 * distance) / refinement);
+        }
     }
 
     fn limit_turn(&self, span_s: &mut f64, course: &Course, turn_rad: f64) {
-        let yaw = |wheels: Wheels<f64>| course.yaw(wheels).abs();
-        let acceleration = yaw(self.steady_acceleration) + yaw(self.excess_acceleration);
-        let rate_hz = yaw(self.speed) + acceleration * *span_s;
+        let rate_hz = course.yaw(self.speed).abs();
+        let growth = course.yaw(self.steady_acceleration).abs() + course.yaw(self.excess_acceleration).abs();
         let before_s = *span_s;
-        shorten(span_s, rate_hz, turn_rad);
+        shorten_growing(span_s, rate_hz, growth, turn_rad);
         *span_s = span_s.max(SHORTEST_TURN_S).min(before_s);
+    }
+
+    /// How fast small differences of speed grow or shrink through viscous
+    /// friction and the velocity terms, 1/s, and by how much that rate grows
+    /// a second as the wheels get faster, 1/s^2; the latter four times over,
+    /// since the velocity terms themselves go with the square of the speed.
+    fn smooth_rate(&self) -> (f64, f64) {
+        let viscous_hz = self.dynamics.viscous_rate_hz(&self.mobility);
+        let velocity_hz = |speed| self.dynamics.velocity_rate_hz(&self.mobility, speed);
+        let growth = velocity_hz(self.steady_acceleration) + velocity_hz(self.excess_acceleration);
+        (viscous_hz + velocity_hz(self.speed), 4.0 * growth)
     }
 
     /// The scheme gets the first integral of what the excess adds to the
@@ -88,9 +96,16 @@ impl Stretch<'_> {
     }
 }
 
-/// Makes `span_s` no longer than `allowed / rate_hz`, dividing only if it must.
+/// Makes `span_s` no longer than allows `span_s * rate_hz <= allowed`.
 fn shorten(span_s: &mut f64, rate_hz: f64, allowed: f64) {
     if *span_s * rate_hz > allowed {
         *span_s = allowed / rate_hz;
+    }
+}
+
+/// The same for a rate that grows by `growth` a second, 1/s^2.
+fn shorten_growing(span_s: &mut f64, rate_hz: f64, growth: f64, allowed: f64) {
+    if *span_s * (rate_hz + growth * *span_s) > allowed {
+        *span_s = 2.0 * allowed / (rate_hz + (rate_hz * rate_hz + 4.0 * growth * allowed).sqrt());
     }
 }

@@ -131,7 +131,8 @@ impl<'p> Stretch<'p> {
         self.mobility.times(self.dynamics.net_nm(self.grip, speed, self.final_nm))
     }
 
-    fn lags(&self) -> bool {
+    /// Whether any torque is still changing.
+    pub fn lags(&self) -> bool {
         self.torque.any(|torque| torque.excess_nm != 0.0)
     }
 

@@ -2,5 +2,9 @@
 #![allow(missing_docs, reason = "tests have no readers of their documentation")]
 
 mod accuracy;
+mod energy;
 mod oracle;
 mod paper;
+mod sticking;
+mod symmetry;
+mod work;

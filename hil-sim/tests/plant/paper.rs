@@ -3,6 +3,7 @@
 use canloop::robot::{Load, Model, Pose, Robot};
 use canloop::wheels::Wheels;
 use hil_sim::plant::{Friction, Plant, Torque};
+use proptest::test_runner::{Config as ProptestConfig, RngSeed};
 
 pub const FRICTION: Friction =
     Friction { viscous_nm_s_per_rad: 0.2, static_nm: 60.0, coulomb_nm: 6.0, stribeck_s_per_rad: 500.0 };
@@ -32,4 +33,9 @@ pub fn plant(model: Model) -> Plant {
 
 pub fn constant(right_nm: f64, left_nm: f64) -> Wheels<Torque> {
     Wheels { right: Torque::constant(right_nm), left: Torque::constant(left_nm) }
+}
+
+/// Random cases, the same in every run.
+pub fn seeded(cases: u32) -> ProptestConfig {
+    ProptestConfig { cases, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() }
 }
