@@ -113,7 +113,8 @@ impl McapLog {
     /// Makes or overwrites the file at `path`, writes all that comes before
     /// the first event, and starts the thread that writes the rest.
     pub fn create(path: &Path, contents: &LogContents<'_>, when_full: WhenFull) -> Result<Self, LogError> {
-        let mut writer = Writer::create(path, contents)?;
+        let failed = Arc::new(AtomicBool::new(false));
+        let mut writer = Writer::create(path, contents, Arc::clone(&failed))?;
         let batches = when_full.batches();
         // Room for every batch and the empty one at the end: sending never waits.
         let (to_writer, full) = sync_channel::<Batch>(batches + 1);
@@ -121,11 +122,9 @@ impl McapLog {
         for _ in 1..batches {
             let _ = empty.send(Batch::with_room());
         }
-        let failed = Arc::new(AtomicBool::new(false));
-        let thread_failed = Arc::clone(&failed);
         let write = move || {
             for mut batch in full {
-                writer.take(&mut batch, &thread_failed);
+                writer.take(&mut batch);
                 // Nobody takes it back once the log is being closed.
                 let _ = empty.send(batch);
             }
