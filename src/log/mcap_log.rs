@@ -94,7 +94,9 @@ pub enum LogError {
 /// | `/canloop/notices` | protobuf, `foxglove.Log` | [`crate::event::Notice`] |
 ///
 /// Log and publish time are the event's nanoseconds; an event before the
-/// origin is logged at the origin. The same events give the same bytes.
+/// origin is logged at the origin, but the stamp in a raw frame stays exact.
+/// The same events give the same bytes. Chunks are written at least once a
+/// second of the events' time, so a killed program loses little more than that.
 pub struct McapLog {
     path: PathBuf,
     when_full: WhenFull,
