@@ -11,6 +11,7 @@ use canloop::event::{Event, Sink, Tick, Truth};
 use canloop::frame::FrameKind;
 use canloop::log::{LogContents, LogReport, LoggedBus, McapLog, WhenFull};
 use canloop::time::Instant;
+use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde_json::{Value, json};
 
@@ -62,7 +63,13 @@ fn the_rust_reader_finds_every_checksum_right() {
                 reader.notify_read(now.len());
                 rest = later;
             }
-            LinearReadEvent::Record { opcode, .. } => messages += u64::from(opcode == mcap::records::op::MESSAGE),
+            LinearReadEvent::Record { opcode, data } => match mcap::parse_record(opcode, data).expect("a record") {
+                Record::Message { .. } => messages += 1,
+                // A checksum of 0 would mean that there is none.
+                Record::DataEnd(end) => assert_ne!(end.data_section_crc, 0),
+                Record::Footer(footer) => assert_ne!(footer.summary_crc, 0),
+                _ => {}
+            },
         }
     }
     let summary = mcap::Summary::read(&bytes).expect("the summary is right").expect("there is a summary");
@@ -94,6 +101,15 @@ fn every_entry_of_the_index_leads_to_its_message() {
 fn the_same_events_give_the_same_bytes() {
     let events = log_events::events(PERIODS);
     assert!(written(&events) == written(&events));
+}
+
+#[test]
+fn a_log_of_nothing_is_a_log() {
+    let bytes = written(&[]);
+    let summary = mcap::Summary::read(&bytes).expect("the summary is right").expect("there is a summary");
+    assert_eq!(summary.stats.expect("there are statistics").message_count, 0);
+    assert_eq!(summary.attachment_indexes.len(), 1);
+    assert_eq!(mcap::MessageStream::new(&bytes).expect("a log").count(), 0);
 }
 
 /// The bytes of a log of `events`.

@@ -1,5 +1,6 @@
-//! One MCAP chunk under construction: records in their wire layout, with the
-//! message indexes beside them, in buffers that are reused from chunk to chunk.
+//! An MCAP chunk: first filled with records in their wire layout and with the
+//! message indexes beside them, then sealed, that is, compressed. All buffers
+//! are reused from chunk to chunk.
 //!
 //! This is the part of a log that must keep up with a simulation, so a message
 //! costs two short copies and no allocation. The layouts are those of
@@ -10,6 +11,7 @@ use std::io::{self, Cursor};
 
 use mcap::records::{ChunkIndex, MessageHeader, op};
 use zstd::bulk::Compressor;
+use zstd::zstd_safe::{CParameter, compress_bound};
 
 /// Opcode and length, which begin every record.
 pub(super) const PREFIX_LEN: usize = 1 + 8;
@@ -19,19 +21,27 @@ const MESSAGE_LEN: usize = PREFIX_LEN + 2 + 4 + 8 + 8;
 const CHUNK_LEN: usize = PREFIX_LEN + 8 + 8 + 8 + 4 + 4 + COMPRESSION.len() + 8;
 const COMPRESSION: &str = "zstd";
 
-/// Chosen by measurement: the stream is mostly doubles whose low bytes are
-/// noise, so higher levels cost several times as much for a few percent.
+/// Chosen by measurement. Doubles with noise in their low bytes fill most of a
+/// chunk, so that longer searches cost much and find little.
 const ZSTD_LEVEL: i32 = -1;
+/// Matches shorter than this are passed over: they save less than they cost.
+const ZSTD_MIN_MATCH: u32 = 7;
+/// A table of 16 KiB, which stays in the processor's first cache.
+const ZSTD_HASH_LOG: u32 = 12;
 
 /// A chunk being filled.
 pub(super) struct Chunk {
-    compressor: Compressor<'static>,
     records: Vec<u8>,
     /// By channel id: (log time, offset into `records`) as on the wire.
     indexes: Vec<Vec<u8>>,
     /// Least and greatest log time of the messages, if there are any.
     span: Option<(u64, u64)>,
-    sealed: Vec<u8>,
+}
+
+/// Turns chunks into bytes of a file.
+pub(super) struct Sealer {
+    compressor: Compressor<'static>,
+    bytes: Vec<u8>,
 }
 
 /// A finished chunk and its message indexes, ready to be written in one piece.
@@ -44,14 +54,8 @@ pub(super) struct Sealed<'a> {
 
 impl Chunk {
     /// An empty chunk for channel ids below `channels`.
-    pub fn new(channels: usize) -> io::Result<Self> {
-        Ok(Self {
-            compressor: Compressor::new(std::env::var("ZL").map_or(ZSTD_LEVEL, |l| l.parse().unwrap()))?,
-            records: Vec::new(),
-            indexes: vec![Vec::new(); channels],
-            span: None,
-            sealed: Vec::new(),
-        })
+    pub fn new(channels: usize) -> Self {
+        Self { records: Vec::new(), indexes: vec![Vec::new(); channels], span: None }
     }
 
     /// Bytes so far, before compression.
@@ -67,6 +71,13 @@ impl Chunk {
     /// Nanoseconds from its earliest message to its latest.
     pub fn span_ns(&self) -> u64 {
         self.span.map_or(0, |(start, end)| end - start)
+    }
+
+    /// Forgets what it holds.
+    pub fn clear(&mut self) {
+        self.records.clear();
+        self.indexes.iter_mut().for_each(Vec::clear);
+        self.span = None;
     }
 
     /// Appends a whole record that is not a message: a schema or a channel.
@@ -95,62 +106,73 @@ impl Chunk {
         let (start, end) = self.span.unwrap_or((header.log_time, header.log_time));
         self.span = Some((start.min(header.log_time), end.max(header.log_time)));
     }
+}
 
-    /// Compresses what is there and leaves the chunk empty.
-    pub fn seal(&mut self) -> io::Result<Sealed<'_>> {
-        let (start, end) = self.span.take().unwrap_or_default();
-        let uncompressed_size = self.records.len() as u64;
-        let compressed_size = self.compress()?;
-        let chunk_len = self.sealed.len();
+impl Sealer {
+    /// Ready for the first chunk.
+    pub fn new() -> io::Result<Self> {
+        let mut compressor = Compressor::new(ZSTD_LEVEL)?;
+        compressor.set_parameter(CParameter::MinMatch(ZSTD_MIN_MATCH))?;
+        compressor.set_parameter(CParameter::HashLog(ZSTD_HASH_LOG))?;
+        Ok(Self { compressor, bytes: Vec::new() })
+    }
+
+    /// Compresses a chunk and leaves it empty.
+    pub fn seal(&mut self, chunk: &mut Chunk) -> io::Result<Sealed<'_>> {
+        let (start, end) = chunk.span.take().unwrap_or_default();
+        let uncompressed_size = chunk.records.len() as u64;
+        let compressed_size = self.compress(&chunk.records)?;
+        let chunk_len = self.bytes.len();
         let mut head = Vec::with_capacity(CHUNK_LEN);
         head.push(op::CHUNK);
         head.extend_from_slice(&((chunk_len - PREFIX_LEN) as u64).to_le_bytes());
         head.extend_from_slice(&start.to_le_bytes());
         head.extend_from_slice(&end.to_le_bytes());
         head.extend_from_slice(&uncompressed_size.to_le_bytes());
-        head.extend_from_slice(&crc32fast::hash(&self.records).to_le_bytes());
+        head.extend_from_slice(&crc32fast::hash(&chunk.records).to_le_bytes());
         head.extend_from_slice(&(COMPRESSION.len() as u32).to_le_bytes());
         head.extend_from_slice(COMPRESSION.as_bytes());
         head.extend_from_slice(&(compressed_size as u64).to_le_bytes());
-        self.sealed[..CHUNK_LEN].copy_from_slice(&head);
-        self.records.clear();
+        self.bytes[..CHUNK_LEN].copy_from_slice(&head);
+        chunk.records.clear();
 
-        let message_index_offsets = self.append_indexes();
+        let message_index_offsets = self.append_indexes(&mut chunk.indexes);
         let index = ChunkIndex {
             message_start_time: start,
             message_end_time: end,
             chunk_start_offset: 0,
             chunk_length: chunk_len as u64,
             message_index_offsets,
-            message_index_length: (self.sealed.len() - chunk_len) as u64,
+            message_index_length: (self.bytes.len() - chunk_len) as u64,
             compression: COMPRESSION.to_owned(),
             compressed_size: compressed_size as u64,
             uncompressed_size,
         };
-        Ok(Sealed { bytes: &self.sealed, index })
+        Ok(Sealed { bytes: &self.bytes, index })
     }
 
-    /// Puts the compressed records into `sealed`, behind room for the chunk's
-    /// head. Returns their length.
-    fn compress(&mut self) -> io::Result<usize> {
-        self.sealed.clear();
-        self.sealed.resize(CHUNK_LEN, 0);
-        self.sealed.reserve(zstd::zstd_safe::compress_bound(self.records.len()));
-        let mut behind_head = Cursor::new(&mut self.sealed);
+    /// Puts `records` compressed behind room for the chunk's head. Returns
+    /// their compressed length.
+    fn compress(&mut self, records: &[u8]) -> io::Result<usize> {
+        self.bytes.clear();
+        self.bytes.resize(CHUNK_LEN, 0);
+        self.bytes.reserve(compress_bound(records.len()));
+        let mut behind_head = Cursor::new(&mut self.bytes);
         behind_head.set_position(CHUNK_LEN as u64);
-        self.compressor.compress_to_buffer(&self.records, &mut behind_head)
+        self.compressor.compress_to_buffer(records, &mut behind_head)
     }
 
     /// Moves the message indexes behind the chunk. Returns where each is.
-    fn append_indexes(&mut self) -> BTreeMap<u16, u64> {
+    fn append_indexes(&mut self, indexes: &mut [Vec<u8>]) -> BTreeMap<u16, u64> {
         let mut offsets = BTreeMap::new();
-        for (channel, entries) in self.indexes.iter_mut().enumerate().filter(|(_, entries)| !entries.is_empty()) {
-            offsets.insert(channel as u16, self.sealed.len() as u64);
-            self.sealed.push(op::MESSAGE_INDEX);
-            self.sealed.extend_from_slice(&((2 + 4 + entries.len()) as u64).to_le_bytes());
-            self.sealed.extend_from_slice(&(channel as u16).to_le_bytes());
-            self.sealed.extend_from_slice(&(entries.len() as u32).to_le_bytes());
-            self.sealed.append(entries);
+        for (channel, entries) in (0..).zip(indexes).filter(|(_, entries)| !entries.is_empty()) {
+            let channel: u16 = channel;
+            offsets.insert(channel, self.bytes.len() as u64);
+            self.bytes.push(op::MESSAGE_INDEX);
+            self.bytes.extend_from_slice(&((2 + 4 + entries.len()) as u64).to_le_bytes());
+            self.bytes.extend_from_slice(&channel.to_le_bytes());
+            self.bytes.extend_from_slice(&(entries.len() as u32).to_le_bytes());
+            self.bytes.append(entries);
         }
         offsets
     }

@@ -94,7 +94,9 @@ pub enum LogError {
 /// | `/canloop/notices` | protobuf, `foxglove.Log` | [`crate::event::Notice`] |
 ///
 /// Log and publish time are the event's nanoseconds; an event before the
-/// origin is logged at the origin. The same events give the same bytes.
+/// origin is logged at the origin, but the stamp in a raw frame stays exact.
+/// The same events give the same bytes. Chunks are written at least once a
+/// second of the events' time, so a killed program loses little more than that.
 pub struct McapLog {
     path: PathBuf,
     when_full: WhenFull,
@@ -113,7 +115,8 @@ impl McapLog {
     /// Makes or overwrites the file at `path`, writes all that comes before
     /// the first event, and starts the thread that writes the rest.
     pub fn create(path: &Path, contents: &LogContents<'_>, when_full: WhenFull) -> Result<Self, LogError> {
-        let mut writer = Writer::create(path, contents)?;
+        let failed = Arc::new(AtomicBool::new(false));
+        let mut writer = Writer::create(path, contents, Arc::clone(&failed))?;
         let batches = when_full.batches();
         // Room for every batch and the empty one at the end: sending never waits.
         let (to_writer, full) = sync_channel::<Batch>(batches + 1);
@@ -121,11 +124,9 @@ impl McapLog {
         for _ in 1..batches {
             let _ = empty.send(Batch::with_room());
         }
-        let failed = Arc::new(AtomicBool::new(false));
-        let thread_failed = Arc::clone(&failed);
         let write = move || {
             for mut batch in full {
-                writer.take(&mut batch, &thread_failed);
+                writer.take(&mut batch);
                 // Nobody takes it back once the log is being closed.
                 let _ = empty.send(batch);
             }

@@ -13,6 +13,7 @@ mod bus;
 mod cdr;
 mod channels;
 mod chunk;
+mod chunk_queue;
 mod descriptor;
 mod file;
 mod mcap_log;

@@ -39,15 +39,15 @@ pub(super) fn field_type(signal: &Signal) -> Type {
     }
 }
 
-/// Appends the signals of a frame, fields numbered from 1 as in `layout`.
+/// Appends the signals of a frame, fields numbered from 1 as in `layout` and
+/// of the types that [`field_type`] gives.
 pub(super) fn put_signals(out: &mut Vec<u8>, layout: &MessageLayout, frame: &Frame) {
     let data = frame.storage();
     for (number, signal) in (1..).zip(&layout.signals) {
-        let raw = signal.decode_raw(data);
-        match raw {
-            Raw::Unsigned(value) if signal.is_integer() => put_unsigned(out, number, value),
-            Raw::Signed(value) if signal.is_integer() => put_unsigned(out, number, zigzag(value)),
-            _ => put_double(out, number, raw.as_f64() * signal.factor + signal.offset),
+        match (signal.is_integer(), signal.decode_raw(data)) {
+            (true, Raw::Unsigned(value)) => put_unsigned(out, number, value),
+            (true, Raw::Signed(value)) => put_unsigned(out, number, zigzag(value)),
+            _ => put_double(out, number, signal.decode(data)),
         }
     }
 }

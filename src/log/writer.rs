@@ -1,9 +1,10 @@
-//! Turns events into the messages of a file. It runs on the log's own thread.
+//! Turns events into the messages of a file, on a thread of the log's own.
 
 use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use prost_types::field_descriptor_proto::Type;
 
@@ -11,6 +12,7 @@ use super::batch::Batch;
 use super::bus::{BusLog, FrameSchemas};
 use super::channels::Channels;
 use super::chunk::Chunk;
+use super::chunk_queue::ChunkQueue;
 use super::descriptor::{flat_message, foxglove_log};
 use super::file::LogFile;
 use super::protobuf::{Level, put_doubles, put_log};
@@ -26,7 +28,7 @@ const CHUNK_SPAN_NS: u64 = 1_000_000_000;
 
 /// Writes the events of a run to an MCAP file.
 pub(super) struct Writer {
-    file: LogFile,
+    queue: ChunkQueue,
     chunk: Chunk,
     channels: Channels,
     buses: Vec<BusLog>,
@@ -36,8 +38,6 @@ pub(super) struct Writer {
     /// The latest event's time.
     now: Instant,
     lost: u64,
-    /// What made writing impossible; everything after it is lost.
-    error: Option<io::Error>,
 }
 
 /// What became of the events.
@@ -49,10 +49,13 @@ pub(super) struct Written {
 
 impl Writer {
     /// Makes the file and writes all of it that comes before the messages.
-    pub fn create(path: &Path, contents: &LogContents<'_>) -> Result<Self, LogError> {
+    /// Sets `failed` once the file takes no more.
+    pub fn create(path: &Path, contents: &LogContents<'_>, failed: Arc<AtomicBool>) -> Result<Self, LogError> {
         let mut channels = Channels::default();
         let frames = FrameSchemas::new(&mut channels)?;
-        let buses: Result<_, _> = contents.buses.iter().map(|bus| BusLog::new(bus, &frames, &mut channels)).collect();
+        let buses: Result<Vec<_>, _> =
+            contents.buses.iter().map(|bus| BusLog::new(bus, &frames, &mut channels)).collect();
+        let buses = buses?;
         let stack = doubles_channel(&mut channels, "/canloop/stack", "Stack", &Tick::NAMES)?;
         let truth = doubles_channel(&mut channels, "/canloop/truth", "Truth", &Truth::NAMES)?;
         let log = channels.schema("foxglove.Log", "protobuf", &foxglove_log())?;
@@ -64,16 +67,14 @@ impl Writer {
             for (name, media_type, data) in &contents.attachments {
                 file.attachment(name, media_type, data)?;
             }
-            Ok((file, Chunk::new(channels.len())?))
+            ChunkQueue::start(file, channels.len(), failed)
         };
-        let (file, chunk) = start().map_err(|source| LogError::Create { path: path.to_owned(), source })?;
-        let (now, lost, error) = (Instant::ZERO, 0, None);
-        Ok(Self { file, chunk, channels, buses: buses?, stack, truth, notices, now, lost, error })
+        let (queue, chunk) = start().map_err(|source| LogError::Create { path: path.to_owned(), source })?;
+        Ok(Self { queue, chunk, channels, buses, stack, truth, notices, now: Instant::ZERO, lost: 0 })
     }
 
-    /// Writes a batch and leaves it empty. Sets `failed` once the file takes
-    /// no more.
-    pub fn take(&mut self, batch: &mut Batch, failed: &AtomicBool) {
+    /// Writes a batch and leaves it empty.
+    pub fn take(&mut self, batch: &mut Batch) {
         let lost = std::mem::take(&mut batch.lost_before);
         if lost > 0 {
             self.lost += lost;
@@ -81,49 +82,33 @@ impl Writer {
             self.notice(batch.start().unwrap_or(self.now), Level::Error, "log", &text);
         }
         batch.drain_into(self);
-        failed.store(self.error.is_some(), Ordering::Relaxed);
     }
 
     /// Writes what is left and ends the file.
     pub fn finish(mut self) -> io::Result<Written> {
-        self.write_chunk();
+        if !self.chunk.is_empty() {
+            self.queue.send(&mut self.chunk);
+        }
+        let mut file = self.queue.finish()?;
         let counts = self.channels.counts();
         let messages = counts.values().sum();
         // Only what the events decide: the same run must give the same bytes.
         let numbers = [("messages", messages), ("events_lost", self.lost)];
         let numbers = numbers.map(|(name, number)| (name.to_owned(), number.to_string()));
-        if let Some(error) = self.error {
-            return Err(error);
-        }
-        let end = self.file.metadata("canloop.log", &BTreeMap::from(numbers)).and_then(|()| {
-            self.file.finish(&self.channels.schemas_written(), &self.channels.channels_written(), counts)
-        });
-        end.inspect_err(|_| self.file.cut_to_whole_records())?;
-        Ok(Written { messages, events_lost: self.lost, bytes: self.file.len() })
+        let (schemas, channels) = (self.channels.schemas_written(), self.channels.channels_written());
+        file.metadata("canloop.log", &BTreeMap::from(numbers))
+            .and_then(|()| file.finish(&schemas, &channels, counts))
+            .inspect_err(|_| file.cut_to_whole_records())?;
+        Ok(Written { messages, events_lost: self.lost, bytes: file.len() })
     }
 
     fn notice(&mut self, at: Instant, level: Level, name: &str, text: &str) {
         self.channels.message(&mut self.chunk, self.notices, at, |out| put_log(out, at, level, name, text));
     }
-
-    fn write_chunk(&mut self) {
-        if self.chunk.is_empty() || self.error.is_some() {
-            return;
-        }
-        let written = self.chunk.seal().and_then(|sealed| self.file.chunk(sealed));
-        if let Err(error) = written {
-            self.file.cut_to_whole_records();
-            self.error = Some(error);
-        }
-    }
 }
 
 impl Sink for Writer {
     fn event(&mut self, at: Instant, event: &Event) {
-        if self.error.is_some() {
-            self.lost += 1;
-            return;
-        }
         self.now = at;
         match event {
             Event::Frame(on_bus) => match self.buses.get(usize::from(on_bus.bus)) {
@@ -140,7 +125,7 @@ impl Sink for Writer {
             Event::Notice(Notice { kind, text }) => self.notice(at, Level::Info, kind, text),
         }
         if self.chunk.len() >= CHUNK_BYTES || self.chunk.span_ns() >= CHUNK_SPAN_NS {
-            self.write_chunk();
+            self.queue.send(&mut self.chunk);
         }
     }
 }
