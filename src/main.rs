@@ -1,2 +1,7 @@
 //! The `canloop` program.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    canloop::cli::main()
+}

@@ -71,6 +71,8 @@ struct DriveView {
     fresh: Option<Feedback>,
     /// The last state it reported.
     state: Option<DriveState>,
+    /// Counter of its last feedback.
+    counter: Option<u8>,
 }
 
 impl Stack {
@@ -175,6 +177,13 @@ impl Stack {
     }
 
     fn take_feedback(&mut self, wheel: Wheel, feedback: Feedback) {
+        let last = self.drives[wheel].counter.replace(feedback.counter);
+        if last == Some(feedback.counter) {
+            return self.notice("feedback-repeated", "feedback with the counter of the one before was ignored");
+        }
+        if last.is_some_and(|last| self.profile.next_feedback_counter(wheel, last) != feedback.counter) {
+            self.notice("feedback-lost", "the counter of a drive's feedback has a gap");
+        }
         self.take_state(wheel, feedback.state);
         self.drives[wheel].fresh = Some(feedback);
         if let (true, Some(right), Some(left)) =

@@ -6,6 +6,7 @@ use crate::robot::{Pose, Robot};
 use crate::safety::Limits;
 use crate::schema::Profile;
 use crate::time::Duration;
+use crate::wheels::Wheel;
 
 /// All that a stack needs to know.
 #[derive(Clone, Debug)]
@@ -40,8 +41,9 @@ impl StackConfig {
     /// truth. What is wrong is reported to the section's reader.
     pub fn read(root: &Section<'_>, robot: &Robot) -> Self {
         let period = read_period(root);
-        let drive = root.section("drive");
-        let (drive, profile) = (DriveConfig::read(&drive), read_profile(&drive));
+        let section = root.section("drive");
+        let (drive, profile) = (DriveConfig::read(&section), read_profile(&section));
+        check_torque_limit(&section, &drive, &profile);
         Self {
             period,
             start: Pose::read(&root.section("start")),
@@ -81,4 +83,14 @@ fn read_profile(section: &Section<'_>) -> Profile {
         problems.0.into_iter().for_each(|problem| section.report(problem));
         stand_in()
     })
+}
+
+/// A limit that no command can carry would never be reached.
+fn check_torque_limit(section: &Section<'_>, drive: &DriveConfig, profile: &Profile) {
+    let most_nm =
+        Wheel::BOTH.map(|wheel| profile.command_torque(wheel).maximum_nm).into_iter().fold(f64::NAN, f64::min);
+    if drive.torque_limit_nm > most_nm {
+        let found = format!("found {}, expected at most {most_nm}, the most that a command", drive.torque_limit_nm);
+        section.complain("torque_limit_nm", &format!("{found} of the profile `{}` can carry", profile.name));
+    }
 }
