@@ -74,8 +74,8 @@ impl Drive {
     /// period that has ended in a feedback numbered `counter`, and puts the
     /// waiting command into force.
     pub fn sync(&mut self, period_s: f64, angle_rad: f64, counter: u8) -> Feedback {
-        let torque_applied_nm = if period_s > 0.0 { self.torque.mean(period_s) } else { 0.0 };
-        self.torque = self.torque.after(period_s);
+        let (torque_applied_nm, torque) = self.torque.elapse(period_s);
+        self.torque = torque;
         self.step_state();
         self.watch_commands();
         self.put_into_force();

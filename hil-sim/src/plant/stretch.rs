@@ -143,13 +143,22 @@ impl<'p> Stretch<'p> {
         self.mobility.times(self.torque.map(|torque| torque.after(t_s).excess_nm))
     }
 
+    /// What each excess is multiplied by in `t_s` seconds. Drives are mostly
+    /// of one kind, and an exponential is dear.
+    fn decays(&self, t_s: f64) -> Wheels<f64> {
+        let Wheels { right, left } = self.torque;
+        let right_decay = right.decay(t_s);
+        let alike = right.time_constant_s == left.time_constant_s && !right.is_constant() && !left.is_constant();
+        Wheels { right: right_decay, left: if alike { right_decay } else { left.decay(t_s) } }
+    }
+
     /// What the excess adds until half-way and until the end.
     fn gains(&self, span_s: f64) -> (Gain, Gain) {
         if !self.lags() {
             return (Gain::default(), Gain::default());
         }
         let half_s = 0.5 * span_s;
-        let half_decay = self.torque.map(|torque| torque.decay(half_s));
+        let half_decay = self.decays(half_s);
         let mid = self.gain(half_s, half_decay);
         let end = self.gain(span_s, half_decay.map(|half| half * half));
         let felt = end.turned * (1.5 / span_s) - end.speed * 0.25;

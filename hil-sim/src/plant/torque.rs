@@ -37,6 +37,17 @@ impl Torque {
         Self { excess_nm: self.excess_nm * self.decay(span_s), ..*self }
     }
 
+    /// The mean torque over the next `span_s` seconds, N m, and what is left
+    /// after them: [`Self::mean`] and [`Self::after`] for one exponential.
+    pub fn elapse(&self, span_s: f64) -> (f64, Self) {
+        if self.is_constant() || span_s <= 0.0 {
+            return (self.mean(span_s), self.after(span_s));
+        }
+        let x = span_s / self.time_constant_s;
+        let lost = -libm::expm1(-x);
+        (self.final_nm + self.excess_nm * lost / x, Self { excess_nm: self.excess_nm * (1.0 - lost), ..*self })
+    }
+
     /// The torque at this moment, N m: `at(0.0)`, without the exponential.
     pub(super) fn now_nm(&self) -> f64 {
         if self.is_constant() { self.final_nm } else { self.final_nm + self.excess_nm }
@@ -73,6 +84,9 @@ mod tests {
         let sum: f64 = (0..samples).map(|k| LAG.at((f64::from(k) + 0.5) * 3e-3 / f64::from(samples))).sum();
         assert!((LAG.mean(3e-3) - sum / f64::from(samples)).abs() < 1e-7);
         assert_eq!(LAG.mean(0.0), 8.0);
+        let (mean_nm, left) = LAG.elapse(3e-3);
+        assert!((mean_nm - LAG.mean(3e-3)).abs() < 1e-14);
+        assert!((left.excess_nm - LAG.after(3e-3).excess_nm).abs() < 1e-14);
     }
 
     #[test]
