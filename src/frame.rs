@@ -102,6 +102,12 @@ impl Frame {
         &self.data
     }
 
+    /// All the room of the frame, for encoders that store whole words. What
+    /// lies past the length must stay zero.
+    pub(crate) const fn storage_mut(&mut self) -> &mut [u8; Self::CAPACITY] {
+        &mut self.data
+    }
+
     /// The number of bytes in use.
     pub const fn len(&self) -> usize {
         self.len as usize

@@ -1,5 +1,6 @@
 //! canloop closes a robot's control loop over a CAN bus.
 
+pub mod bus;
 pub mod config;
 pub mod event;
 pub mod frame;

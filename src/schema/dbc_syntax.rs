@@ -5,13 +5,14 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use can_dbc::{Dbc, DbcError};
-use pest::error::{ErrorVariant, InputLocation};
 
 use super::statements;
 use crate::config::{Problem, Source};
 
 /// Editors' mark at the start of a UTF-8 file, which is no part of a DBC.
 const BYTE_ORDER_MARK: &str = "\u{FEFF}";
+/// More than so many things that may stand somewhere help nobody.
+const EXPECTED_MOST: usize = 8;
 
 /// The text with blanks for a byte order mark, so that every place stays
 /// where it was.
@@ -25,21 +26,30 @@ pub(super) fn without_byte_order_mark(text: &str) -> Cow<'_, str> {
 /// Parses `text`, which is the text of `source` but for a byte order mark.
 pub(super) fn parse(source: &Arc<Source>, text: &str) -> Result<Dbc, Problem> {
     Dbc::try_from(text).map_err(|error| {
-        let title = "this is not a valid DBC file";
-        match &error {
-            DbcError::Pest(error) => {
-                let at = match error.location {
-                    InputLocation::Pos(at) | InputLocation::Span((at, _)) => at,
-                };
-                let expected = match &error.variant {
-                    ErrorVariant::ParsingError { positives, .. } => expected(positives),
-                    ErrorVariant::CustomError { message } => message.clone(),
-                };
-                Problem::at(source, word(text, at), title, format!("found {}, expected {expected}", found(text, at)))
-            }
-            error => Problem::at(source, line_of_conversion_error(text), title, error.to_string()),
-        }
+        let (place, label) = match &error {
+            DbcError::Pest(_) => syntax_error(text),
+            error => (line_of_conversion_error(text), error.to_string()),
+        };
+        Problem::at(source, place, "this is not a valid DBC file", label)
     })
+}
+
+/// Where a text stops making sense, and what would have made some there. The
+/// parser only keeps track of all it tried when told to, so it runs again. The
+/// switch is the process's: left on, no other thread can turn it off midway.
+fn syntax_error(text: &str) -> (Range<usize>, String) {
+    pest::set_error_detail(true);
+    let Err(DbcError::Pest(error)) = Dbc::try_from(text) else {
+        unreachable!("the same text was refused a moment ago")
+    };
+    let Some(attempts) = error.parse_attempts() else { return (0..0, error.to_string()) };
+    let at = attempts.max_position;
+    let label = format!(
+        "found {}, expected {}",
+        found(text, at),
+        expected(attempts.expected_tokens().iter().map(ToString::to_string))
+    );
+    (word(text, at), label)
 }
 
 /// The line whose values cannot be converted. The parser names no place once
@@ -60,18 +70,30 @@ fn found(text: &str, at: usize) -> String {
     if text[at..].is_empty() {
         "the end of the file".to_owned()
     } else if word.is_empty() {
-        "the end of the line or a blank".to_owned()
+        "a blank or the end of the line".to_owned()
     } else {
         let shown: String = word.chars().take(30).collect();
         format!("`{shown}`")
     }
 }
 
-/// The grammar's own names for what may stand here; where a new statement may
-/// begin there are too many to list.
-fn expected(rules: &[impl std::fmt::Debug]) -> String {
-    let mut names: Vec<String> = rules.iter().map(|rule| format!("{rule:?}").replace('_', " ")).collect();
-    names.sort();
+fn expected(tokens: impl Iterator<Item = String>) -> String {
+    let mut names: Vec<String> = tokens.filter_map(|token| name(&token)).collect();
     names.dedup();
-    if names.len() > 8 { "a DBC statement such as BO_, SG_, CM_ or VAL_".to_owned() } else { names.join(" or ") }
+    match names.len() {
+        1..=EXPECTED_MOST => names.join(" or "),
+        _ => "a DBC statement such as BO_, SG_, CM_ or VAL_".to_owned(),
+    }
+}
+
+/// What a person calls a token of the parser; nothing for blanks and
+/// comments, which may stand anywhere.
+fn name(token: &str) -> Option<String> {
+    match token {
+        " " | "\t" | "//" | "BUILTIN_RULE" => None,
+        "\n" | "\r" | "\r\n" => Some("the end of the line".to_owned()),
+        "0..9" => Some("a digit".to_owned()),
+        "a..z" | "A..Z" => Some("a letter".to_owned()),
+        token => Some(format!("`{token}`")),
+    }
 }

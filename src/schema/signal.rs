@@ -64,7 +64,21 @@ impl Signal {
 
     /// Whether the physical value is the raw whole number itself.
     pub fn is_integer(&self) -> bool {
-        self.factor == 1.0 && self.offset == 0.0 && matches!(self.kind, RawKind::Unsigned | RawKind::Signed)
+        self.factor == 1.0 && self.offset == 0.0 && !self.is_float()
+    }
+
+    /// Whether the raw value is floating-point.
+    pub const fn is_float(&self) -> bool {
+        matches!(self.kind, RawKind::Float32 | RawKind::Float64)
+    }
+
+    /// Where it lies and how it is scaled, as a DBC writes it, such as
+    /// `0|16@1- (0.005,0)`.
+    pub fn layout(&self) -> String {
+        let order = if self.byte_order == ByteOrder::Intel { 1 } else { 0 };
+        let sign = if self.kind == RawKind::Unsigned { '+' } else { '-' };
+        let float = if self.is_float() { " float" } else { "" };
+        format!("{}|{}@{order}{sign} ({},{}){float}", self.start_bit, self.bit_count(), self.factor, self.offset,)
     }
 
     /// The raw value in `data`, the storage of a frame.
@@ -109,6 +123,23 @@ impl Signal {
     #[inline]
     pub fn encode_raw(&self, data: &mut [u8], raw: Raw) {
         self.bits.store(data, self.to_bits(raw));
+    }
+
+    /// The bits themselves, as a number.
+    #[inline]
+    pub(super) fn decode_bits(&self, data: &[u8; 64]) -> u64 {
+        self.bits.load(data)
+    }
+
+    /// Writes the lowest bits of `value`.
+    #[inline]
+    pub(super) fn encode_bits(&self, data: &mut [u8], value: u64) {
+        self.bits.store(data, value);
+    }
+
+    /// What a counter of this width shows after `counter`.
+    pub(super) const fn next_counter(&self, counter: u8) -> u8 {
+        counter.wrapping_add(1) & (u64::MAX >> (64 - self.bit_count())) as u8
     }
 
     #[inline]

@@ -1,0 +1,5 @@
+//! The outside: buses.
+
+mod frame_bits;
+
+pub use frame_bits::{data_phase_bits, frame_bits};
