@@ -97,6 +97,9 @@ pub enum LogError {
 /// origin is logged at the origin, but the stamp in a raw frame stays exact.
 /// The same events give the same bytes. Chunks are written at least once a
 /// second of the events' time, so a killed program loses little more than that.
+///
+/// A loop in real time makes its log before it raises its own priority, which
+/// the log's threads would inherit.
 pub struct McapLog {
     path: PathBuf,
     when_full: WhenFull,
