@@ -23,8 +23,9 @@ pub enum Node {
 pub struct Wire {
     bitrate_bit_s: i64,
     queues: [VecDeque<Queued>; 3],
-    /// The frame that has won the bus, and when its last bit ends.
-    current: Option<(Instant, Node, Frame)>,
+    /// Whose frame has won the bus, and when its last bit ends. It stays at
+    /// the head of its queue until then.
+    current: Option<(Instant, Node)>,
     free_at: Instant,
     stats: WireStats,
 }
@@ -76,14 +77,15 @@ impl Wire {
         if self.current.is_none() {
             self.arbitrate();
         }
-        self.current.as_ref().map(|&(end, ..)| end)
+        self.current.map(|(end, _)| end)
     }
 
     /// Takes the frame that [`Self::next_arrival`] announced.
     pub fn deliver(&mut self) -> Option<(Instant, Node, Frame)> {
-        let delivered = self.current.take()?;
+        let (end, node) = self.current.take()?;
+        let Queued { frame, .. } = self.queues[node as usize].pop_front()?;
         self.stats.frames += 1;
-        Some(delivered)
+        Some((end, node, frame))
     }
 
     /// What has crossed so far.
@@ -99,14 +101,12 @@ impl Wire {
         let winner = self
             .heads()
             .filter(|(_, queued)| queued.since <= start)
-            .min_by_key(|(_, queued)| queued.frame.id.arbitration_order())
-            .map(|(node, _)| node);
-        let Some(node) = winner else { return };
-        let Some(Queued { frame, .. }) = self.queues[node as usize].pop_front() else { return };
-        let length = Duration::from_nanos(i64::from(frame_bits(&frame)) * 1_000_000_000 / self.bitrate_bit_s);
+            .min_by_key(|(_, queued)| queued.frame.id.arbitration_order());
+        let Some((node, Queued { frame, .. })) = winner else { return };
+        let length = Duration::from_nanos(i64::from(frame_bits(frame)) * 1_000_000_000 / self.bitrate_bit_s);
         self.free_at = start + length;
         self.stats.busy = self.stats.busy + length;
-        self.current = Some((self.free_at, node, frame));
+        self.current = Some((self.free_at, node));
     }
 
     fn heads(&self) -> impl Iterator<Item = (Node, &Queued)> {
