@@ -1,6 +1,7 @@
 //! What one end of the bus says, the other understands, and damaged or
 //! foreign frames are refused.
 
+use canloop::config::{Document, Source};
 use canloop::frame::{CanId, Frame, FrameKind};
 use canloop::schema::{Command, DecodeError, DriveState, FaultCode, Feedback, Heartbeat, Message, Profile, Request};
 use canloop::wheels::Wheel;
@@ -123,6 +124,35 @@ fn a_torque_out_of_range_becomes_the_nearest_that_fits() {
     assert_eq!(sent(f64::NAN), 0.0);
     assert_eq!((scale.resolution_nm, scale.minimum_nm, scale.maximum_nm), (0.005, -163.84, 163.835));
     assert_eq!(profile.applied_torque(Wheel::Left), scale);
+}
+
+/// The wheel drive without CRCs, and with another layout of the commands'
+/// torque.
+fn with_torque(layout: &str, notes: &str) -> Profile {
+    let toml = include_str!("../dbc/wheel_drive.toml").replace("crc = \"Crc\"\n", "");
+    let dbc = include_str!("../dbc/wheel_drive.dbc")
+        .replace("Torque : 0|16@1- (0.005,0)", &format!("Torque : {layout}"))
+        .replace(": 4 Stack", ": 8 Stack");
+    let toml = Document::parse("drive.toml", toml).unwrap();
+    let dbc = Source::new("drive.dbc", dbc + notes);
+    Profile::parse(&toml, &dbc).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+#[test]
+fn what_is_no_number_becomes_no_torque_even_where_raw_zero_is_some() {
+    let profile = with_torque("0|16@1+ (0.005,-100)", "");
+    let Ok(Message::Command(_, sent)) = profile.decode(&profile.encode(&command(f64::NAN))) else { panic!() };
+    assert_eq!(sent.torque_nm, 0.0);
+}
+
+#[test]
+fn a_torque_that_is_no_number_is_refused() {
+    let floats = "SIG_VALTYPE_ 513 Torque : 1;\nSIG_VALTYPE_ 514 Torque : 1;\n";
+    let profile = with_torque("32|32@1- (1,0)", floats);
+    let mut frame = profile.encode(&command(2.5));
+    assert!(matches!(profile.decode(&frame), Ok(Message::Command(_, command)) if command.torque_nm == 2.5));
+    frame.payload_mut()[4..].copy_from_slice(&f32::NAN.to_le_bytes());
+    assert_eq!(profile.decode(&frame), Err(DecodeError::NotFinite { role: "torque" }));
 }
 
 #[test]

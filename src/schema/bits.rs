@@ -40,7 +40,9 @@ impl Bits {
         }
         let wide = touched.len() > 8;
         let width = if wide { 16 } else { 8 };
-        let first = touched.start.min(CAPACITY - width);
+        // The signals of a classic frame all share one window, which the
+        // payload of a full one holds.
+        let first = if touched.end <= 8 { 0 } else { touched.start.min(CAPACITY - width) };
         let shift = match order {
             ByteOrder::Intel => start - 8 * first,
             ByteOrder::Motorola => 8 * (first + width) - (line_position(start) + len),

@@ -27,6 +27,12 @@ pub enum DecodeError {
         /// What its id and its bytes make.
         expected: u8,
     },
+    /// A floating-point signal without a finite number in it.
+    #[error("{role} is not a finite number")]
+    NotFinite {
+        /// `torque`.
+        role: &'static str,
+    },
     /// A number that the value table does not name, or not for the profile.
     #[error("{role} {found}, which the profile does not name")]
     UnknownValue {

@@ -134,8 +134,9 @@ impl Torque {
     }
 
     #[inline]
-    fn decode(&self, data: &[u8; 64]) -> f64 {
-        self.signal.decode(data)
+    fn decode(&self, data: &[u8; 64]) -> Result<f64, DecodeError> {
+        let torque_nm = self.signal.decode(data);
+        if torque_nm.is_finite() { Ok(torque_nm) } else { Err(DecodeError::NotFinite { role: "torque" }) }
     }
 }
 
@@ -165,7 +166,7 @@ impl CommandRole {
     pub fn decode(&self, frame: &Frame) -> Result<Command, DecodeError> {
         let data = self.envelope.open(frame)?;
         Ok(Command {
-            torque_nm: self.torque.decode(data),
+            torque_nm: self.torque.decode(data)?,
             request: self.requests.decode(&self.request, data).map_err(unknown("request"))?,
             counter: decode_counter(&self.counter, data),
         })
@@ -188,7 +189,7 @@ impl FeedbackRole {
         let data = self.envelope.open(frame)?;
         Ok(Feedback {
             position_counts: self.position.decode_bits(data) as i32,
-            torque_applied_nm: self.torque_applied.decode(data),
+            torque_applied_nm: self.torque_applied.decode(data)?,
             state: self.states.decode(&self.state, data).map_err(unknown("state"))?,
             counter: decode_counter(&self.counter, data),
         })
