@@ -183,17 +183,18 @@ fn read_friction(section: &Section<'_>) -> Wheels<Friction> {
         return Wheels::default();
     }
     let read = |section: &Section<'_>, both: Option<Friction>| {
-        let number = |key: &str, default: Option<f64>| match default {
-            Some(default) => section.number_or(key, default, Bound::NotNegative),
-            None => section.number(key, Bound::NotNegative),
+        let number = |key: &str, most: f64, default: Option<f64>| match default {
+            Some(default) => section.number_or(key, default, Bound::Within(0.0, most)),
+            None => section.number(key, Bound::Within(0.0, most)),
         };
         let friction = Friction {
-            viscous_nm_s_per_rad: number("viscous_nm_s_per_rad", both.map(|both| both.viscous_nm_s_per_rad)),
-            static_nm: number("static_nm", both.map(|both| both.static_nm)),
-            coulomb_nm: number("coulomb_nm", both.map(|both| both.coulomb_nm)),
-            stribeck_s_per_rad: number("stribeck_s_per_rad", both.map(|both| both.stribeck_s_per_rad)),
+            viscous_nm_s_per_rad: number("viscous_nm_s_per_rad", 1e4, both.map(|both| both.viscous_nm_s_per_rad)),
+            static_nm: number("static_nm", 1e6, both.map(|both| both.static_nm)),
+            coulomb_nm: number("coulomb_nm", 1e6, both.map(|both| both.coulomb_nm)),
+            stribeck_s_per_rad: number("stribeck_s_per_rad", 1e6, both.map(|both| both.stribeck_s_per_rad)),
         };
-        if friction.static_nm < friction.coulomb_nm {
+        let own = both.is_none() || section.has("static_nm") || section.has("coulomb_nm");
+        if own && friction.static_nm < friction.coulomb_nm {
             let found = format!("found {}, less than `coulomb_nm`, {}", friction.static_nm, friction.coulomb_nm);
             section.complain("static_nm", &format!("{found}; expected at least as much"));
         }
