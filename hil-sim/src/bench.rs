@@ -39,12 +39,22 @@ pub enum End {
     Finished,
     /// The robot was further from its path than any robot comes back from.
     Diverged,
+    /// The bus was so slow that no SYNC came through any more.
+    Blocked,
     /// Somebody wanted it to.
     Interrupted,
 }
 
 /// Position error beyond which there is nothing left to see, m.
 pub const DIVERGED_M: f64 = 1000.0;
+
+/// Torque beyond which no law comes back, N m; only an ideal link has no limit
+/// that would stop it earlier.
+pub const DIVERGED_NM: f64 = 1e9;
+
+/// SYNCs that may be on their way before the bus is said to be blocked: more
+/// than its queues hold, by far.
+const BLOCKED_PERIODS: u64 = 1000;
 
 /// Runs a scenario to its end. `progress` is called once a period and may
 /// break the run off.
@@ -79,7 +89,9 @@ struct Bench<'s, S> {
     wire: Wire,
     sink: &'s mut S,
     now: Instant,
-    /// Where the path wanted the robot at the last SYNC sent.
+    /// The last SYNC sent.
+    last_sync: u64,
+    /// Where the path wanted the robot then.
     reference: Pose,
     /// The truth at the last SYNC that arrived.
     truth: Option<Truth>,
@@ -98,6 +110,7 @@ impl<'s, S: Sink> Bench<'s, S> {
             wire: Wire::new(bitrate_bit_s),
             sink,
             now: start,
+            last_sync: 0,
             reference: scenario.stack.controller.path.start(),
             truth: None,
         }
@@ -107,6 +120,9 @@ impl<'s, S: Sink> Bench<'s, S> {
         let end = loop {
             self.drain();
             self.step();
+            if self.last_sync > self.robot.ticks() + BLOCKED_PERIODS {
+                break End::Blocked;
+            }
             let Some(truth) = self.truth.take() else { continue };
             if is_lost(&truth) {
                 break End::Diverged;
@@ -118,7 +134,7 @@ impl<'s, S: Sink> Bench<'s, S> {
                 break End::Interrupted;
             }
         };
-        let ticks = self.robot.ticks() - 1;
+        let ticks = self.robot.ticks().saturating_sub(1);
         Outcome { end, ticks, wire: *self.wire.stats(), state: Some(self.stack.state()) }
     }
 
@@ -126,6 +142,7 @@ impl<'s, S: Sink> Bench<'s, S> {
     fn drain(&mut self) {
         while let Some(event) = self.stack.poll_event() {
             if let Event::Sync(sync) = &event {
+                self.last_sync = sync.tick;
                 self.reference = sync.reference;
             }
             self.sink.event(self.now, &event);
