@@ -35,7 +35,7 @@ impl Stretch<'_> {
             self.limit_travel(&mut span_s, wheel, refinement);
         }
         self.limit_turn(&mut span_s, course, TURN_RAD / refinement);
-        self.limit_lag(&mut span_s, smooth_hz + stribeck_hz, refinement);
+        self.limit_lag(&mut span_s, smooth_hz + stribeck_hz, growth, refinement);
         span_s.max(SHORTEST_S).min(left_s)
     }
 
@@ -80,12 +80,13 @@ impl Stretch<'_> {
     /// The scheme gets the first integral of what the excess adds to the
     /// speeds right; of the second it misses, for a step of `x` time
     /// constants, the part `x^3 / 720`, and never more than 1/30. What that
-    /// does to the speeds goes with the square of the friction's rate.
-    fn limit_lag(&self, span_s: &mut f64, rate_hz: f64, refinement: f64) {
+    /// does to the speeds goes with the square of the rate, and with how much
+    /// the rate grows.
+    fn limit_lag(&self, span_s: &mut f64, rate_hz: f64, growth: f64, refinement: f64) {
         for wheel in Wheel::BOTH {
             let time_constant_s = self.torque[wheel].time_constant_s;
-            let felt = rate_hz * *span_s;
-            let error = self.excess_acceleration[wheel].abs() * time_constant_s * (felt * felt);
+            let felt = (rate_hz * rate_hz + growth) * *span_s * *span_s;
+            let error = self.excess_acceleration[wheel].abs() * time_constant_s * felt;
             let x = *span_s * refinement;
             let missed = (x * x * x).min(24.0 * time_constant_s * time_constant_s * time_constant_s);
             let allowed = 720.0 * LAG_ERROR_RAD_S * time_constant_s * time_constant_s * time_constant_s;
