@@ -1,5 +1,6 @@
 //! The command line of `canloop`.
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -33,7 +34,8 @@ pub fn main() -> ExitCode {
     let Command::Messages { profile } = Cli::parse().command;
     match Profile::load(&profile) {
         Ok(profile) => {
-            print!("{}", profile.dbc.markdown_table());
+            // A reader that has closed the pipe has seen enough.
+            let _ = std::io::stdout().write_all(profile.dbc.markdown_table().as_bytes());
             ExitCode::SUCCESS
         }
         Err(problems) => {

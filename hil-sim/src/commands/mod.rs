@@ -7,6 +7,8 @@ pub mod run;
 mod interrupt;
 mod progress;
 
+use std::fmt::Display;
+use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -51,6 +53,12 @@ impl From<Problem> for Failure {
     fn from(problem: Problem) -> Self {
         Self::BadInput(problem.into())
     }
+}
+
+/// Prints a line, unless nobody reads any more: files are written all the
+/// same, so a closed pipe is no reason to stop.
+fn say(line: impl Display) {
+    let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 fn create_folder(folder: &Path) -> Result<(), Failure> {

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::progress::Progress;
 use super::run::length;
-use super::{Failure, HELD, INTERRUPTED, create_folder, interrupt, write_file};
+use super::{Failure, HELD, INTERRUPTED, create_folder, interrupt, say, write_file};
 use crate::paper::{Case, Finished, cases, figures, page};
 use crate::recording::Recording;
 
@@ -43,9 +43,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     }
     print(&runs);
     let simulated_s: f64 = runs.iter().map(|run| run.summary.simulated_s).sum();
-    println!("\n{} runs, {simulated_s:.0} s simulated in {:.1} s", runs.len(), progress.elapsed_s());
+    say(format_args!("\n{} runs, {simulated_s:.0} s simulated in {:.1} s", runs.len(), progress.elapsed_s()));
     write(&runs, &args.out)?;
-    println!("report: {}", args.out.join("report.html").display());
+    say(format_args!("report: {}", args.out.join("report.html").display()));
     Ok(ExitCode::from(HELD))
 }
 
@@ -83,13 +83,13 @@ fn run_one(case: &Case) -> Result<Finished, Failure> {
 }
 
 fn print(runs: &[Finished]) {
-    println!(
+    say(format_args!(
         "{:<12} {:<9} {:<6} {:>5}  {:>11} {:>11} {:>11}  {:>10}  outcome",
         "controller", "friction", "link", "T", "rms", "max", "final", "torque"
-    );
+    ));
     for run in runs {
         let (case, tracking) = (&run.case, &run.summary.tracking);
-        println!(
+        say(format_args!(
             "{:<12} {:<9} {:<6} {:>2} ms  {:>11} {:>11} {:>11}  {:>6.2} N m  {}{}",
             case.controller,
             case.friction.name(),
@@ -101,7 +101,7 @@ fn print(runs: &[Finished]) {
             run.summary.torque.max_nm,
             run.outcome().name(),
             if case.from_aside { ", from (8, 4, 0) by the pose loop" } else { "" },
-        );
+        ));
     }
 }
 

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use canloop::config::{Problem, Problems};
 
 use super::progress::Progress;
-use super::{FAILED, Failure, HELD, INTERRUPTED, create_folder, interrupt, write_file};
+use super::{FAILED, Failure, HELD, INTERRUPTED, create_folder, interrupt, say, write_file};
 use crate::recording::Recording;
 use crate::scenario::Scenario;
 use crate::summary::Summary;
@@ -44,7 +44,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if args.list {
-        crate::scenario::SHIPPED.iter().for_each(|(name, _)| println!("{name}"));
+        crate::scenario::SHIPPED.iter().for_each(|(name, _)| say(name));
         return Ok(ExitCode::from(HELD));
     }
     let scenarios = load(&args.scenarios, &args.overrides)?;
@@ -104,9 +104,9 @@ fn run_one(scenario: &Scenario, folder: &Path, logged: bool) -> Result<Summary, 
     write_file(&summary_path, &json)?;
     print(&summary, progress.elapsed_s());
     if logged {
-        println!("  written          {}, {}", log_path.display(), summary_path.display());
+        say(format_args!("  written          {}, {}", log_path.display(), summary_path.display()));
     } else {
-        println!("  written          {}", summary_path.display());
+        say(format_args!("  written          {}", summary_path.display()));
     }
     match log_error {
         Some(error) => Err(Failure::Broken(error.to_string())),
@@ -121,29 +121,38 @@ fn print(summary: &Summary, elapsed_s: f64) {
         (_, false) => "FAILED",
     };
     let speed = summary.simulated_s / elapsed_s.max(1e-9);
-    println!("{}: {verdict}", summary.scenario);
-    println!("  simulated        {:.3} s in {elapsed_s:.2} s, {speed:.0} times real time", summary.simulated_s);
+    say(format_args!("{}: {verdict}", summary.scenario));
+    say(format_args!(
+        "  simulated        {:.3} s in {elapsed_s:.2} s, {speed:.0} times real time",
+        summary.simulated_s
+    ));
     let tracking = &summary.tracking;
-    println!(
+    say(format_args!(
         "  position error   rms {}, max {}, final {}{}",
         length(tracking.rms_m),
         length(tracking.max_m),
         length(tracking.final_m),
         tracking.max_after_30s_m.map_or(String::new(), |max| format!(", max after 30 s {}", length(max))),
-    );
-    println!("  torque           max {:.2} N m, chatter {:.3} N m", summary.torque.max_nm, summary.torque.chatter_nm);
+    ));
+    say(format_args!(
+        "  torque           max {:.2} N m, chatter {:.3} N m",
+        summary.torque.max_nm, summary.torque.chatter_nm
+    ));
     if summary.link == "can" {
         let bus = &summary.bus;
-        println!("  bus              {} frames, {} lost, load {:.1} %", bus.frames, bus.lost, bus.load_percent);
+        say(format_args!(
+            "  bus              {} frames, {} lost, load {:.1} %",
+            bus.frames, bus.lost, bus.load_percent
+        ));
     }
     for finding in &summary.findings {
-        println!("  finding          {finding}");
+        say(format_args!("  finding          {finding}"));
     }
     for verdict in &summary.expectations {
-        println!("  expectation      {verdict}");
+        say(format_args!("  expectation      {verdict}"));
     }
     if summary.end == "interrupted" {
-        println!("  interrupted      the log up to {:.3} s is complete and can be read", summary.simulated_s);
+        say(format_args!("  interrupted      the log up to {:.3} s is complete and can be read", summary.simulated_s));
     }
 }
 

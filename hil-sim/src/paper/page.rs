@@ -36,15 +36,15 @@ fn table(runs: &[Finished]) -> Table {
         Column::text("friction"),
         Column::text("link, T"),
         Column::text("outcome"),
-        Column::number("error, rms", "m", 6),
-        Column::number("max", "m", 6),
-        Column::number("final", "m", 6),
+        Column::number("rms", "m", 5),
+        Column::number("max", "m", 5),
+        Column::number("final", "m", 5),
         Column::number("torque, max", "N m", 2),
     ]);
     runs.iter().fold(table, |table, run| {
         let tracking = &run.summary.tracking;
         let controller = if run.case.from_aside {
-            format!("{}, from (8, 4, 0)", run.case.controller)
+            format!("{} + pose loop", run.case.controller)
         } else {
             run.case.controller.to_owned()
         };

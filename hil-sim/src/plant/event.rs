@@ -13,7 +13,7 @@ const RESOLUTION: f64 = 1e-13;
 /// When a stretch ends, a wheel slower than this, rad/s, has come to rest.
 const REST_RAD_S: f64 = 1e-12;
 /// A wheel that leaves rest and would be back within this time, s, never left.
-const SHORTEST_SLIP_S: f64 = 1e-7;
+const SHORTEST_SLIP_S: f64 = 1e-6;
 
 impl Stretch<'_> {
     /// `step` itself if the stretch lasts through it, else the part of it up
@@ -51,14 +51,35 @@ impl Stretch<'_> {
         None
     }
 
-    /// The first half of `step` if a stuck wheel would have broken loose at
-    /// its end: two torques that lag differently may ask most in between.
+    /// The part of `step` up to where a stuck wheel is pulled hardest, if that
+    /// breaks it loose though it would hold at the end: two torques that lag
+    /// differently may pull most in between.
     fn brief_breakaway(&self, step: &Step) -> Option<Step> {
-        if !self.lags() || !self.grip.any(|&grip| grip == Grip::Sticks) {
+        if !self.lags() {
             return None;
         }
-        let half = self.step(0.5 * step.span_s);
-        (self.margin(&half) < 0.0).then_some(half)
+        let stuck = Wheel::BOTH.into_iter().filter(|&wheel| self.grip[wheel] == Grip::Sticks);
+        stuck.filter_map(|wheel| self.hardest_pull(wheel, step)).find(|part| self.margin(part) < 0.0)
+    }
+
+    /// Bisection for the instant at which the pull on a stuck `wheel` ceases
+    /// to grow in one direction, if it does so within `step`.
+    fn hardest_pull(&self, wheel: Wheel, step: &Step) -> Option<Step> {
+        const TRIES: usize = 30;
+        let growth = |t_s: f64| {
+            let slope = self.torque.map(|torque| torque.slope(t_s));
+            self.dynamics.held_nm(wheel, slope, self.mobility.times(slope))
+        };
+        let at_first = growth(0.0);
+        if at_first * growth(step.span_s) >= 0.0 {
+            return None;
+        }
+        let (mut low_s, mut high_s) = (0.0, step.span_s);
+        for _ in 0..TRIES {
+            let middle_s = 0.5 * (low_s + high_s);
+            if growth(middle_s) * at_first > 0.0 { low_s = middle_s } else { high_s = middle_s }
+        }
+        Some(self.step(high_s))
     }
 
     /// `beyond` goes past the end of the stretch: the step that goes just to it.

@@ -18,6 +18,10 @@ pub enum Grip {
 /// wins a tie.
 const AT_REST: [Grip; 3] = [Grip::Sticks, Grip::Slips(1.0), Grip::Slips(-1.0)];
 
+/// A wheel that cannot stick may slip though it seems to be pulled back by
+/// this torque, N m: at the instant of breaking loose, rounding decides.
+const ROUNDING_NM: f64 = 1e-10;
+
 impl Dynamics {
     /// What each wheel does at this speed under this torque.
     ///
@@ -74,7 +78,7 @@ impl Dynamics {
         let worst = Wheels::from_fn(|wheel| match grip[wheel] {
             Grip::Sticks => self.held_nm(wheel, net_nm, acceleration).abs() - self.friction()[wheel].static_nm,
             Grip::Slips(_) if speed_rad_s[wheel] != 0.0 => 0.0,
-            Grip::Slips(direction) => -direction * acceleration[wheel] * self.inertia_kg_m2(wheel),
+            Grip::Slips(direction) => -direction * acceleration[wheel] * self.inertia_kg_m2(wheel) - ROUNDING_NM,
         });
         worst.right.max(worst.left).max(0.0)
     }

@@ -8,11 +8,12 @@ use super::friction::STRIBECK_END;
 use super::stretch::Stretch;
 
 /// Part of the time constant of viscous friction and velocity terms that a
-/// step may span: a relative error of 1e-9 in each time constant.
+/// step may span: a relative error of 1e-10 in each time constant.
 const SMOOTH_STEP: f64 = 0.01;
-/// The same for the Stribeck term, where motion spends few time constants.
+/// The same for the Stribeck term, where motion spends few time constants:
+/// 5e-8 in each.
 const STRIBECK_STEP: f64 = 0.05;
-/// Heading change in a step, rad: 1e-10 of the way travelled.
+/// Heading change in a step, rad: an error of 1e-11 of the way.
 const TURN_RAD: f64 = 0.01;
 /// Speed error, rad/s, allowed to a step for a torque that is lagging.
 const LAG_ERROR_RAD_S: f64 = 5e-10;
@@ -35,7 +36,7 @@ impl Stretch<'_> {
             self.limit_travel(&mut span_s, wheel, refinement);
         }
         self.limit_turn(&mut span_s, course, TURN_RAD / refinement);
-        self.limit_lag(&mut span_s, smooth_hz + stribeck_hz, refinement);
+        self.limit_lag(&mut span_s, smooth_hz + stribeck_hz, growth, refinement);
         span_s.max(SHORTEST_S).min(left_s)
     }
 
@@ -80,15 +81,16 @@ impl Stretch<'_> {
     /// The scheme gets the first integral of what the excess adds to the
     /// speeds right; of the second it misses, for a step of `x` time
     /// constants, the part `x^3 / 720`, and never more than 1/30. What that
-    /// does to the speeds goes with the square of the friction's rate.
-    fn limit_lag(&self, span_s: &mut f64, rate_hz: f64, refinement: f64) {
+    /// does to the speeds goes with the square of the rate, and with how much
+    /// the rate grows.
+    fn limit_lag(&self, span_s: &mut f64, rate_hz: f64, growth: f64, refinement: f64) {
         for wheel in Wheel::BOTH {
             let time_constant_s = self.torque[wheel].time_constant_s;
-            let felt = rate_hz * *span_s;
-            let error = self.excess_acceleration[wheel].abs() * time_constant_s * (felt * felt);
-            let x = *span_s * refinement;
-            let missed = (x * x * x).min(24.0 * time_constant_s * time_constant_s * time_constant_s);
-            let allowed = 720.0 * LAG_ERROR_RAD_S * time_constant_s * time_constant_s * time_constant_s;
+            let felt = (rate_hz * rate_hz + growth) * *span_s * *span_s;
+            let error = self.excess_acceleration[wheel].abs() * time_constant_s * felt;
+            let cube = |t_s: f64| t_s * t_s * t_s;
+            let missed = cube(*span_s * refinement).min(720.0 / 30.0 * cube(time_constant_s));
+            let allowed = 720.0 * LAG_ERROR_RAD_S * cube(time_constant_s);
             if error * missed > allowed {
                 *span_s = span_s.min(libm::cbrt(allowed / error) / refinement);
             }
@@ -96,7 +98,7 @@ impl Stretch<'_> {
     }
 }
 
-/// Makes `span_s` no longer than allows `span_s * rate_hz <= allowed`.
+/// Shortens `span_s` until `span_s * rate_hz` is no more than `allowed`.
 fn shorten(span_s: &mut f64, rate_hz: f64, allowed: f64) {
     if *span_s * rate_hz > allowed {
         *span_s = allowed / rate_hz;

@@ -1,5 +1,6 @@
 //! The robot's dynamics: wheel torques in, wheel angles and pose out.
 //!
+//! Eq 5 gives the wheels' acceleration, eq 6-8 the friction, eq 1-2 the pose.
 //! Sticking is true sticking: a stuck wheel has no speed and no acceleration
 //! at all. The motion is cut into stretches at the instants when a wheel comes
 //! to rest or breaks loose, and within a stretch it is smooth.
@@ -65,8 +66,8 @@ impl Plant {
         Self { refinement: self.refinement * factor, ..self }
     }
 
-    /// Moves on by `span_s` seconds under this torque, however long that is.
-    /// Nothing happens for zero or less.
+    /// Moves on by `span_s` seconds, however many, under this torque, which
+    /// must be finite. Nothing happens for zero or less.
     pub fn advance(&mut self, span_s: f64, torque: Wheels<Torque>) {
         let mut torque = torque;
         let mut left_s = span_s;
@@ -115,7 +116,8 @@ impl Plant {
     }
 
     fn commit(&mut self, step: &Step) {
-        if step.is_at_rest() {
+        let none = Wheels::default();
+        if self.state.speed_rad_s == none && step.speed == none && step.turned == none {
             return;
         }
         self.state.angle_rad = self.state.angle_rad + step.turned;

@@ -13,8 +13,11 @@ use super::torque::Torque;
 /// the step: the speeds are `u + (what the excess alone adds)`, and the
 /// Runge-Kutta scheme works on `u`.
 pub struct Stretch<'p> {
+    /// The equations of motion.
     pub dynamics: &'p Dynamics,
+    /// Which wheels stick, and which way the others turn.
     pub grip: Wheels<Grip>,
+    /// What follows from that.
     pub mobility: Mobility,
     /// Speeds at the start, rad/s.
     pub speed: Wheels<f64>,
@@ -32,34 +35,28 @@ pub struct Stretch<'p> {
 pub struct Step {
     /// How long it takes, s.
     pub span_s: f64,
-    /// At the end.
+    /// Speeds at the end, rad/s.
     pub speed: Wheels<f64>,
-    /// Since the start, rad.
+    /// Turned since the start, rad.
     pub turned: Wheels<f64>,
-    /// Half-way in time.
+    /// Speeds half-way in time, rad/s.
     pub mid_speed: Wheels<f64>,
-    /// From the start to half-way, rad.
+    /// Turned from the start to half-way, rad.
     pub mid_turned: Wheels<f64>,
-    /// At the end, to the order of the step, rad/s^2.
+    /// Acceleration at the end, to the order of the scheme, rad/s^2.
     pub acceleration: Wheels<f64>,
 }
 
 /// What the excess torque adds to the motion in a given time.
 #[derive(Clone, Copy, Default)]
 struct Gain {
+    acceleration: Wheels<f64>,
     speed: Wheels<f64>,
     turned: Wheels<f64>,
     /// Half-way only: the added speed with which Simpson's rule finds the
     /// added turn of the whole step. Friction in proportion to the speed then
     /// feels the right mean, however long the step.
     felt: Wheels<f64>,
-}
-
-impl Step {
-    /// Whether nothing moved.
-    pub fn is_at_rest(&self) -> bool {
-        self.speed == Wheels::default() && self.turned == Wheels::default()
-    }
 }
 
 impl<'p> Stretch<'p> {
@@ -97,7 +94,7 @@ impl<'p> Stretch<'p> {
             turned: self.speed * span_s + (k1 + k23) * (span_s * span_s / 6.0) + end.turned,
             mid_speed: self.speed + (k1 * 5.0 + k23 * 4.0 - k4) * (span_s / 24.0) + mid.speed,
             mid_turned: self.speed * half_s + (k1 * 7.0 + k23 * 3.0 - k4) * (span_s * span_s / 96.0) + mid.turned,
-            acceleration: k4 + self.excess_acceleration_at(span_s),
+            acceleration: k4 + end.acceleration,
         }
     }
 
@@ -136,43 +133,42 @@ impl<'p> Stretch<'p> {
         self.torque.any(|torque| torque.excess_nm != 0.0)
     }
 
-    fn excess_acceleration_at(&self, t_s: f64) -> Wheels<f64> {
-        if !self.lags() {
-            return Wheels::default();
-        }
-        self.mobility.times(self.torque.map(|torque| torque.after(t_s).excess_nm))
-    }
-
-    /// What each excess is multiplied by in `t_s` seconds. Drives are mostly
-    /// of one kind, and an exponential is dear.
-    fn decays(&self, t_s: f64) -> Wheels<f64> {
-        let Wheels { right, left } = self.torque;
-        let right_decay = right.decay(t_s);
-        let alike = right.time_constant_s == left.time_constant_s && !right.is_constant() && !left.is_constant();
-        Wheels { right: right_decay, left: if alike { right_decay } else { left.decay(t_s) } }
-    }
-
     /// What the excess adds until half-way and until the end.
     fn gains(&self, span_s: f64) -> (Gain, Gain) {
         if !self.lags() {
             return (Gain::default(), Gain::default());
         }
         let half_s = 0.5 * span_s;
-        let half_decay = self.decays(half_s);
+        let half_decay = self.decay(half_s);
         let mid = self.gain(half_s, half_decay);
         let end = self.gain(span_s, half_decay.map(|half| half * half));
         let felt = end.turned * (1.5 / span_s) - end.speed * 0.25;
         (Gain { felt, ..mid }, end)
     }
 
-    /// The first and second integral of the excess acceleration over `t_s`,
+    /// What each excess is multiplied by in `t_s`; one exponential does where
+    /// both wheels have the same time constant.
+    fn decay(&self, t_s: f64) -> Wheels<f64> {
+        let Wheels { right, left } = &self.torque;
+        let right_decay = right.decay(t_s);
+        let alike = right.time_constant_s == left.time_constant_s;
+        Wheels { right: right_decay, left: if alike { right_decay } else { left.decay(t_s) } }
+    }
+
+    /// The excess acceleration and its first and second integral over `t_s`,
     /// in which each excess falls by the factor `decay`.
     fn gain(&self, t_s: f64, decay: Wheels<f64>) -> Gain {
+        let left_nm = self.torque.zip_with(decay, |torque, decay| torque.excess_nm * decay);
         let impulse =
-            self.torque.zip_with(decay, |torque, decay| torque.excess_nm * torque.time_constant_s * (1.0 - decay));
+            self.torque.zip_with(left_nm, |torque, left_nm| torque.time_constant_s * (torque.excess_nm - left_nm));
         let second = self
             .torque
             .zip_with(impulse, |torque, impulse| torque.time_constant_s * (torque.excess_nm * t_s - impulse));
-        Gain { speed: self.mobility.times(impulse), turned: self.mobility.times(second), felt: Wheels::default() }
+        Gain {
+            acceleration: self.mobility.times(left_nm),
+            speed: self.mobility.times(impulse),
+            turned: self.mobility.times(second),
+            felt: Wheels::default(),
+        }
     }
 }

@@ -59,6 +59,11 @@ impl Torque {
         self.time_constant_s <= 0.0 || self.excess_nm.abs() < NEGLIGIBLE_NM
     }
 
+    /// How fast the torque changes after `t_s` seconds, N m/s.
+    pub(super) fn slope(&self, t_s: f64) -> f64 {
+        if self.is_constant() { 0.0 } else { -self.excess_nm * self.decay(t_s) / self.time_constant_s }
+    }
+
     /// What the excess is multiplied by in `t_s` seconds.
     pub(super) fn decay(&self, t_s: f64) -> f64 {
         if self.is_constant() { 0.0 } else { libm::exp(-t_s / self.time_constant_s) }

@@ -4,9 +4,10 @@
 use canloop::robot::{Model, Pose};
 use canloop::wheels::Wheels;
 use hil_sim::plant::{Friction, Plant, State, Torque};
+use proptest::prelude::*;
 
 use crate::oracle::Oracle;
-use crate::paper::{FRICTION, MODELS, NO_FRICTION, constant, robot};
+use crate::paper::{FRICTION, MODELS, NO_FRICTION, constant, robot, seeded};
 
 const START: Pose = Pose { x_m: 9.0, y_m: 5.0, heading_rad: 1.5 };
 
@@ -47,6 +48,27 @@ fn another_simulator_gives_the_same_motion() {
             let error = error(&state, &oracle.state());
             let name = profile.name;
             assert!(error < 3e-5, "{name}, {model:?}: off by {error:.1e}\n{state:?}\n{:?}", oracle.state());
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(seeded(40))]
+
+    #[test]
+    fn any_step_will_do_for_any_course_of_torques(
+        friction in any_friction(),
+        parts in prop::collection::vec((0.5e-3..0.03, any_torque(), any_torque()), 1..6),
+    ) {
+        let parts = parts.into_iter().map(|(span_s, right, left)| (span_s, Wheels { right, left })).collect();
+        let profile = Profile { name: "random", friction: Wheels { right: friction, left: FRICTION }, parts };
+        for model in MODELS {
+            let fine = run(plant(model, &profile).with_finer_steps(10.0), &profile, 1e-3);
+            for step_s in [1e-3, 5e-3, 1.0] {
+                let state = run(plant(model, &profile), &profile, step_s);
+                let error = error(&state, &fine);
+                prop_assert!(error < 1e-5, "{:?}, {} s: off by {:.1e}", model, step_s, error);
+            }
         }
     }
 }
@@ -103,6 +125,22 @@ fn profiles() -> Vec<Profile> {
             paper,
             vec![(0.01, constant(90.0, 62.0)), (0.05, constant(90.0, -54.0))],
         ),
+        profile(
+            "a wheel is dragged loose between two unlike lags",
+            Wheels::both(Friction { static_nm: 14.0, coulomb_nm: 13.0, ..NO_FRICTION }),
+            vec![
+                (0.01, constant(0.0, -70.0)),
+                (0.005, Wheels { right: lag(14.5, -8.0, 1e-4), left: lag(80.0, -90.0, 1e-2) }),
+            ],
+        ),
+        profile(
+            "a stop and a start within a few time constants",
+            Wheels {
+                right: Friction { static_nm: 11.4, coulomb_nm: 11.4, ..NO_FRICTION },
+                left: Friction { static_nm: 15.0, coulomb_nm: 15.0, ..NO_FRICTION },
+            },
+            vec![(0.01, Wheels { right: lag(85.0, 17.0, 1e-4), left: lag(-8.5, 71.0, 1e-3) })],
+        ),
         profile("breaks loose by a hair", paper, vec![(0.02, constant(60.01, 60.02))]),
         profile(
             "a lagging torque breaks loose late",
@@ -152,6 +190,26 @@ fn profiles() -> Vec<Profile> {
             vec![(0.02, constant(62.0, 8.0)), (0.03, constant(-20.0, 8.5))],
         ),
     ]
+}
+
+/// None, Coulomb's, or with a gentle or a steep Stribeck curve.
+fn any_friction() -> impl Strategy<Value = Friction> {
+    (0.0..3.0, 0.0..60.0, 0.0..20.0, 5.0..2000.0, 0..4).prop_map(
+        |(viscous_nm_s_per_rad, static_nm, coulomb_nm, stribeck_s_per_rad, kind)| match kind {
+            0 => NO_FRICTION,
+            1 => Friction { static_nm: coulomb_nm, coulomb_nm, ..NO_FRICTION },
+            _ => Friction { viscous_nm_s_per_rad, static_nm, coulomb_nm, stribeck_s_per_rad },
+        },
+    )
+}
+
+fn any_torque() -> impl Strategy<Value = Torque> {
+    let time_constant_s = prop::sample::select(vec![1e-4, 1e-3, 3e-3, 1e-2]);
+    (-100.0..100.0, -150.0..150.0, time_constant_s, any::<bool>()).prop_map(
+        |(final_nm, excess_nm, time_constant_s, lags)| {
+            if lags { Torque { final_nm, excess_nm, time_constant_s } } else { Torque::constant(final_nm) }
+        },
+    )
 }
 
 fn plant(model: Model, profile: &Profile) -> Plant {
