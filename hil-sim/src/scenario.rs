@@ -162,12 +162,17 @@ fn open(name_or_path: &str) -> Result<Document, Problem> {
 
 /// The name becomes a folder, so it may not lead out of its parent.
 fn read_name(root: &Section<'_>) -> String {
-    let name = root.text("name");
-    let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
-    if root.has("name") && (name.is_empty() || name.starts_with('.') || !name.chars().all(good)) {
-        root.complain("name", &format!("found {name:?}, expected letters, digits, `-`, `_` and `.`"));
+    if !root.has("name") {
+        return root.text("name");
     }
-    name
+    let is_good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let name = root.text_or_none("name");
+    if let Some(bad) =
+        name.as_deref().filter(|name| name.is_empty() || name.starts_with('.') || !name.chars().all(is_good))
+    {
+        root.complain("name", &format!("found {bad:?}, expected letters, digits, `-`, `_` and `.`"));
+    }
+    name.unwrap_or_default()
 }
 
 fn read_link(bus: &Section<'_>) -> Link {
