@@ -151,7 +151,7 @@ fn print(summary: &Summary, elapsed_s: f64) {
     for verdict in &summary.expectations {
         say(format_args!("  expectation      {verdict}"));
     }
-    if summary.end == "interrupted" {
+    if summary.end == "interrupted" && summary.log.is_some() {
         say(format_args!("  interrupted      the log up to {:.3} s is complete and can be read", summary.simulated_s));
     }
 }
