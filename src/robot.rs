@@ -80,9 +80,13 @@ pub struct MassMatrix {
     pub m22: f64,
 }
 
+/// Where a robot can stand, m. Beyond, a double cannot tell micrometres.
+const FIELD_M: Bound = Bound::Within(-1e6, 1e6);
+
 impl Robot {
     /// Reads a `[robot]` section. What it leaves out is taken from `fallback`;
-    /// without one everything must be there.
+    /// without one everything must be there. The bounds are far beyond any
+    /// robot on wheels: what they keep out is a wrong unit or a slip of the key.
     pub fn read(section: &Section<'_>, fallback: Option<&Self>) -> Self {
         let number = |section: &Section<'_>, key: &str, bound: Bound, other: Option<f64>| match other {
             Some(default) => section.number_or(key, default, bound),
@@ -99,17 +103,17 @@ impl Robot {
         };
         Self {
             model: section.choice("model", &models, false),
-            mass_kg: own("mass_kg", Bound::Positive, |robot| robot.mass_kg),
-            inertia_kg_m2: own("inertia_kg_m2", Bound::Positive, |robot| robot.inertia_kg_m2),
-            half_track_m: own("half_track_m", Bound::Positive, |robot| robot.half_track_m),
-            wheel_radius_m: own("wheel_radius_m", Bound::Positive, |robot| robot.wheel_radius_m),
-            wheel_inertia_kg_m2: own("wheel_inertia_kg_m2", Bound::NotNegative, |robot| robot.wheel_inertia_kg_m2),
-            motor_inertia_kg_m2: own("motor_inertia_kg_m2", Bound::NotNegative, |robot| robot.motor_inertia_kg_m2),
-            gear_ratio: own("gear_ratio", Bound::Positive, |robot| robot.gear_ratio),
+            mass_kg: own("mass_kg", Bound::Within(1e-3, 1e6), |robot| robot.mass_kg),
+            inertia_kg_m2: own("inertia_kg_m2", Bound::Within(1e-6, 1e6), |robot| robot.inertia_kg_m2),
+            half_track_m: own("half_track_m", Bound::Within(1e-3, 1e3), |robot| robot.half_track_m),
+            wheel_radius_m: own("wheel_radius_m", Bound::Within(1e-3, 1e3), |robot| robot.wheel_radius_m),
+            wheel_inertia_kg_m2: own("wheel_inertia_kg_m2", Bound::Within(0.0, 1e6), |robot| robot.wheel_inertia_kg_m2),
+            motor_inertia_kg_m2: own("motor_inertia_kg_m2", Bound::Within(0.0, 1e6), |robot| robot.motor_inertia_kg_m2),
+            gear_ratio: own("gear_ratio", Bound::Within(1e-3, 1e4), |robot| robot.gear_ratio),
             load: Load {
-                mass_kg: of_load("mass_kg", Bound::NotNegative, |load| load.mass_kg),
-                cog_distance_m: of_load("cog_distance_m", Bound::NotNegative, |load| load.cog_distance_m),
-                cog_angle_rad: of_load("cog_angle_rad", Bound::Finite, |load| load.cog_angle_rad),
+                mass_kg: of_load("mass_kg", Bound::Within(0.0, 1e6), |load| load.mass_kg),
+                cog_distance_m: of_load("cog_distance_m", Bound::Within(0.0, 1e3), |load| load.cog_distance_m),
+                cog_angle_rad: of_load("cog_angle_rad", Bound::Within(-1e3, 1e3), |load| load.cog_angle_rad),
             },
         }
     }
@@ -195,9 +199,9 @@ impl Pose {
     /// Reads a section of `x_m`, `y_m`, `heading_rad`.
     pub fn read(section: &Section<'_>) -> Self {
         Self {
-            x_m: section.number("x_m", Bound::Finite),
-            y_m: section.number("y_m", Bound::Finite),
-            heading_rad: section.number("heading_rad", Bound::Finite),
+            x_m: section.number("x_m", FIELD_M),
+            y_m: section.number("y_m", FIELD_M),
+            heading_rad: section.number("heading_rad", Bound::Within(-1e3, 1e3)),
         }
     }
 }

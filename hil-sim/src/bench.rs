@@ -34,12 +34,22 @@ pub enum End {
     Finished,
     /// The robot was further from its path than any robot comes back from.
     Diverged,
+    /// The bus was so slow that no SYNC came through any more.
+    Blocked,
     /// Somebody wanted it to.
     Interrupted,
 }
 
 /// Position error beyond which there is nothing left to see, m.
 pub const DIVERGED_M: f64 = 1000.0;
+
+/// Torque beyond which no law comes back, N m; only an ideal link has no limit
+/// that would stop it earlier.
+pub const DIVERGED_NM: f64 = 1e9;
+
+/// SYNCs that may be on their way before the bus is said to be blocked: more
+/// than its queues hold, by far.
+const BLOCKED_PERIODS: u64 = 1000;
 
 /// Runs a scenario to its end. `progress` is called once a period and may
 /// break the run off.
@@ -101,6 +111,9 @@ impl<'s, S: Sink> Bench<'s, S> {
             self.step();
             if self.truth.as_ref().is_some_and(is_lost) {
                 break End::Diverged;
+            }
+            if tick > BLOCKED_PERIODS + self.truth.map_or(0, |truth| truth.tick) {
+                break End::Blocked;
             }
             if tick >= ticks {
                 break End::Finished;

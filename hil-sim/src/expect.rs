@@ -79,7 +79,9 @@ impl Expectation {
         if until_s > duration_s {
             section.complain("until_s", &format!("found {until_s}, expected no more than `duration_s`, {duration_s}"));
         } else if from_s >= until_s {
-            section.complain("from_s", &format!("found {from_s}, expected a time before {until_s}"));
+            let label = format!("found {from_s}, expected a time before {until_s}");
+            let problem = section.problem("from_s", "this span has no beginning within the run", &label);
+            section.report(problem.help("a run cut short can go without: --set 'expect=[]'"));
         }
         expectation
     }

@@ -1,6 +1,6 @@
 //! What a run's figures mean, in words, where something went wrong.
 
-use crate::bench::{DIVERGED_M, End, Outcome};
+use crate::bench::{DIVERGED_M, DIVERGED_NM, End, Outcome};
 use crate::scenario::{Link, Scenario};
 use crate::summary::Summary;
 
@@ -18,9 +18,21 @@ pub fn findings(scenario: &Scenario, summary: &Summary, outcome: &Outcome) -> Ve
         found.push(format!("The stack {}; torque stayed at zero from then on.", state.text()));
     }
     if outcome.end == End::Diverged {
+        let what = if summary.tracking.final_m > DIVERGED_M {
+            format!("it was more than {DIVERGED_M} m from its path")
+        } else {
+            format!("its controller asked for more than {DIVERGED_NM} N m")
+        };
+        found.push(format!("The robot diverged: at {:.3} s {what}, and the run was ended.", summary.simulated_s));
+    }
+    if outcome.end == End::Blocked {
+        found.push("The bus was blocked: not one SYNC came through any more, and the run was ended.".to_owned());
+    }
+    if outcome.wire.lost > 0 {
         found.push(format!(
-            "The robot diverged: at {:.3} s it was more than {DIVERGED_M} m from its path, and the run was ended.",
-            summary.simulated_s
+            "{} frames found their transmit queue full and were lost: the bus cannot carry what a period of {} s \
+             sends. Give it a higher `bus.bitrate_bit_s` or the loop a longer `period_s`.",
+            outcome.wire.lost, summary.period_s
         ));
     }
     if summary.rings {

@@ -10,7 +10,7 @@ use canloop::safety::State;
 use canloop::time::Instant;
 use canloop::wheels::Wheels;
 
-use crate::bench::{End, Outcome, is_lost, truth};
+use crate::bench::{DIVERGED_NM, End, Outcome, is_lost, truth};
 use crate::plant::Torque;
 use crate::scenario::Scenario;
 use crate::wire::WireStats;
@@ -66,7 +66,7 @@ pub(crate) fn run(
         };
         sink.event(now, &Event::Tick(tick_event));
         torque_nm = decision.torque_nm;
-        if !torque_nm.all(|torque| torque.is_finite()) {
+        if !torque_nm.all(|torque| torque.abs() <= DIVERGED_NM) {
             break End::Diverged;
         }
         plant.advance(period_s, torque_nm.map(Torque::constant));

@@ -162,12 +162,17 @@ fn open(name_or_path: &str) -> Result<Document, Problem> {
 
 /// The name becomes a folder, so it may not lead out of its parent.
 fn read_name(root: &Section<'_>) -> String {
-    let name = root.text("name");
-    let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
-    if root.has("name") && (name.is_empty() || name.starts_with('.') || !name.chars().all(good)) {
-        root.complain("name", &format!("found {name:?}, expected letters, digits, `-`, `_` and `.`"));
+    if !root.has("name") {
+        return root.text("name");
     }
-    name
+    let is_good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let name = root.text_or_none("name");
+    if let Some(bad) =
+        name.as_deref().filter(|name| name.is_empty() || name.starts_with('.') || !name.chars().all(is_good))
+    {
+        root.complain("name", &format!("found {bad:?}, expected letters, digits, `-`, `_` and `.`"));
+    }
+    name.unwrap_or_default()
 }
 
 fn read_link(bus: &Section<'_>) -> Link {
@@ -183,17 +188,18 @@ fn read_friction(section: &Section<'_>) -> Wheels<Friction> {
         return Wheels::default();
     }
     let read = |section: &Section<'_>, both: Option<Friction>| {
-        let number = |key: &str, default: Option<f64>| match default {
-            Some(default) => section.number_or(key, default, Bound::NotNegative),
-            None => section.number(key, Bound::NotNegative),
+        let number = |key: &str, most: f64, default: Option<f64>| match default {
+            Some(default) => section.number_or(key, default, Bound::Within(0.0, most)),
+            None => section.number(key, Bound::Within(0.0, most)),
         };
         let friction = Friction {
-            viscous_nm_s_per_rad: number("viscous_nm_s_per_rad", both.map(|both| both.viscous_nm_s_per_rad)),
-            static_nm: number("static_nm", both.map(|both| both.static_nm)),
-            coulomb_nm: number("coulomb_nm", both.map(|both| both.coulomb_nm)),
-            stribeck_s_per_rad: number("stribeck_s_per_rad", both.map(|both| both.stribeck_s_per_rad)),
+            viscous_nm_s_per_rad: number("viscous_nm_s_per_rad", 1e4, both.map(|both| both.viscous_nm_s_per_rad)),
+            static_nm: number("static_nm", 1e6, both.map(|both| both.static_nm)),
+            coulomb_nm: number("coulomb_nm", 1e6, both.map(|both| both.coulomb_nm)),
+            stribeck_s_per_rad: number("stribeck_s_per_rad", 1e6, both.map(|both| both.stribeck_s_per_rad)),
         };
-        if friction.static_nm < friction.coulomb_nm {
+        let own = both.is_none() || section.has("static_nm") || section.has("coulomb_nm");
+        if own && friction.static_nm < friction.coulomb_nm {
             let found = format!("found {}, less than `coulomb_nm`, {}", friction.static_nm, friction.coulomb_nm);
             section.complain("static_nm", &format!("{found}; expected at least as much"));
         }

@@ -21,7 +21,7 @@ pub struct Summary {
     pub version: &'static str,
     /// Whether all expectations held.
     pub passed: bool,
-    /// `finished`, `diverged` or `interrupted`.
+    /// `finished`, `diverged`, `blocked` or `interrupted`.
     pub end: &'static str,
     /// Simulated time, s.
     pub simulated_s: f64,
@@ -147,10 +147,12 @@ impl Gauge {
             seed: scenario.seed,
             overrides: scenario.overrides.clone(),
             version: env!("CARGO_PKG_VERSION"),
-            passed: outcome.end != End::Interrupted && expectations.iter().all(|verdict| verdict.passed),
+            passed: !matches!(outcome.end, End::Interrupted | End::Blocked)
+                && expectations.iter().all(|verdict| verdict.passed),
             end: match outcome.end {
                 End::Finished => "finished",
                 End::Diverged => "diverged",
+                End::Blocked => "blocked",
                 End::Interrupted => "interrupted",
             },
             simulated_s,
@@ -165,7 +167,8 @@ impl Gauge {
             bus: BusFigures {
                 frames: outcome.wire.frames,
                 lost: outcome.wire.lost,
-                load_percent: 100.0 * outcome.wire.busy.as_secs_f64() / simulated_s.max(self.period_s),
+                load_percent: 100.0 * outcome.wire.busy.as_secs_f64()
+                    / outcome.wire.until.as_secs_f64().max(simulated_s).max(self.period_s),
             },
             frames_blake3: self.frames.finalize().to_hex().to_string(),
             findings: Vec::new(),

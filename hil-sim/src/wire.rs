@@ -39,6 +39,8 @@ pub struct WireStats {
     pub lost: u64,
     /// Time the bus was busy.
     pub busy: Duration,
+    /// When the last frame to win the bus was over.
+    pub until: Instant,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -106,6 +108,7 @@ impl Wire {
         let length = Duration::from_nanos(i64::from(frame_bits(frame)) * 1_000_000_000 / self.bitrate_bit_s);
         self.free_at = start + length;
         self.stats.busy = self.stats.busy + length;
+        self.stats.until = self.free_at;
         self.current = Some((self.free_at, node));
     }
 

@@ -77,7 +77,8 @@ impl Document {
         let mut key_place = node.place.clone();
         for part in &path {
             let Value::Table(mut table) = node.value else { break };
-            let Some(entry) = table.remove(part) else {
+            let only = table.remove(part).filter(|_| table.is_empty());
+            let Some(entry) = only else {
                 return Err(Problem::at(&source, whole, "an override must be one KEY=VALUE", "found more than that"));
             };
             (key_place, node) = (entry.key, entry.node);
@@ -205,12 +206,18 @@ impl Value {
     pub fn found(&self) -> String {
         match self {
             Self::Integer(value) => value.to_string(),
-            Self::Float(value) => value.to_string(),
+            Self::Float(value) => brief(*value),
             Self::Boolean(value) => value.to_string(),
             Self::Text(text) if text.len() <= 40 => format!("the string {text:?}"),
             other => other.kind().to_owned(),
         }
     }
+}
+
+/// For messages: a number without a row of zeros.
+pub(super) fn brief(number: f64) -> String {
+    let is_plain = number == 0.0 || (1e-4..1e7).contains(&number.abs());
+    if is_plain { number.to_string() } else { format!("{number:e}") }
 }
 
 fn parse(source: &Arc<Source>) -> Result<Node, Problem> {

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::document::{Document, Entry, Node, Place, Value};
+use super::document::{Document, Entry, Node, Place, Value, brief};
 use super::problem::{Problem, Problems};
 
 /// Hands out sections and collects every problem they meet.
@@ -21,6 +21,9 @@ pub struct Section<'r> {
     path: String,
     place: Place,
     table: Option<&'r BTreeMap<String, Entry>>,
+    /// Something else stands where the table should: that was reported, and
+    /// that it has no keys goes without saying.
+    is_no_table: bool,
 }
 
 /// What a number must keep to; every number must be finite besides.
@@ -101,7 +104,7 @@ impl<'r> Section<'r> {
         if table.is_some() {
             reader.asked.borrow_mut().entry(path.clone()).or_default();
         }
-        Self { reader, path, place: node.place.clone(), table }
+        Self { reader, path, place: node.place.clone(), table, is_no_table: table.is_none() }
     }
 
     /// Whether the key is there.
@@ -115,7 +118,10 @@ impl<'r> Section<'r> {
         let path = join(&self.path, key);
         match self.get(key) {
             Some(entry) => Section::new(self.reader, path, &entry.node),
-            None => Section { reader: self.reader, path, place: self.place.clone(), table: None },
+            None => {
+                let (place, is_no_table) = (self.place.clone(), self.is_no_table);
+                Section { reader: self.reader, path, place, table: None, is_no_table }
+            }
         }
     }
 
@@ -260,6 +266,14 @@ impl<'r> Section<'r> {
         )
     }
 
+    /// Takes note that these keys mean something, though not to what is
+    /// configured now, so that a law or a kind can be swapped by one override.
+    pub fn allow(&self, keys: &[&str]) {
+        keys.iter().for_each(|key| {
+            self.get(key);
+        });
+    }
+
     /// Names of the keys that are given, without asking for any.
     pub fn keys(&self) -> Vec<&'r str> {
         self.table.map(|table| table.keys().map(String::as_str).collect()).unwrap_or_default()
@@ -292,7 +306,7 @@ impl<'r> Section<'r> {
     }
 
     fn missing_unless_present(&self, key: &str, expected: &str) {
-        if !self.has(key) {
+        if !self.has(key) && !self.is_no_table {
             let title = format!("`{}` is missing", join(&self.path, key));
             let start = self.place.span.start;
             let problem = Problem::at(
@@ -322,7 +336,7 @@ impl Bound {
             Self::Finite => "a finite number".to_owned(),
             Self::NotNegative => "a finite number, 0 or more".to_owned(),
             Self::Positive => "a finite number above 0".to_owned(),
-            Self::Within(least, most) => format!("a number from {least} to {most}"),
+            Self::Within(least, most) => format!("a number from {} to {}", brief(least), brief(most)),
         }
     }
 }

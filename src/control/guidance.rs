@@ -140,25 +140,28 @@ impl Guidance {
 impl PoseLoop {
     /// Reads `pose_loop` and its gains from a `[controller]` section.
     pub fn read(section: &Section<'_>) -> Self {
-        if !section.choice("pose_loop", &[("none", false), ("kanayama", true)], false) {
-            return Self::None;
-        }
+        let wanted = section.choice("pose_loop", &[("none", false), ("kanayama", true)], false);
         let gains = section.section("kanayama");
         let default = Kanayama::default();
         let number = |key: &str, default: f64, bound: Bound| gains.number_or(key, default, bound);
-        Self::Kanayama(Kanayama {
-            kx_per_s: number("kx_per_s", default.kx_per_s, Bound::NotNegative),
-            ky_per_m2: number("ky_per_m2", default.ky_per_m2, Bound::NotNegative),
-            kphi_per_s: number("kphi_per_s", default.kphi_per_s, Bound::NotNegative),
-            v0_m_s: number("v0_m_s", default.v0_m_s, Bound::NotNegative),
-            speed_limit_m_s: number("speed_limit_m_s", default.speed_limit_m_s, Bound::Positive),
-            yaw_rate_limit_rad_s: number("yaw_rate_limit_rad_s", default.yaw_rate_limit_rad_s, Bound::Positive),
+        let kanayama = Kanayama {
+            kx_per_s: number("kx_per_s", default.kx_per_s, Bound::Within(0.0, 1e4)),
+            ky_per_m2: number("ky_per_m2", default.ky_per_m2, Bound::Within(0.0, 1e4)),
+            kphi_per_s: number("kphi_per_s", default.kphi_per_s, Bound::Within(0.0, 1e4)),
+            v0_m_s: number("v0_m_s", default.v0_m_s, Bound::Within(0.0, 1e4)),
+            speed_limit_m_s: number("speed_limit_m_s", default.speed_limit_m_s, Bound::Within(1e-6, 1e6)),
+            yaw_rate_limit_rad_s: number(
+                "yaw_rate_limit_rad_s",
+                default.yaw_rate_limit_rad_s,
+                Bound::Within(1e-6, 1e6),
+            ),
             wheel_acceleration_limit_rad_s2: number(
                 "wheel_acceleration_limit_rad_s2",
                 default.wheel_acceleration_limit_rad_s2,
-                Bound::Positive,
+                Bound::Within(1e-6, 1e6),
             ),
-        })
+        };
+        if wanted { Self::Kanayama(kanayama) } else { Self::None }
     }
 }
 

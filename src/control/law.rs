@@ -95,6 +95,7 @@ impl LawConfig {
             ("pi-angle", Kind::PiAngle),
         ];
         let kind = section.choice("law", &laws, true);
+        section.allow(&["kd_per_s", "kp_per_s2", "filter", "kp", "ki"]);
         match kind {
             Kind::Dac => {
                 let (kd_per_s, kp_per_s2) = read_dac_gains(section, period_s);
@@ -106,8 +107,8 @@ impl LawConfig {
                 Self::DacMatched { kd_per_s, kp_per_s2, filter }
             }
             Kind::PiSpeed | Kind::PiAngle => {
-                let kp = section.number("kp", Bound::NotNegative);
-                let ki = section.number("ki", Bound::NotNegative);
+                let kp = section.number("kp", Bound::Within(0.0, 1e6));
+                let ki = section.number("ki", Bound::Within(0.0, 1e6));
                 if matches!(kind, Kind::PiSpeed) { Self::PiSpeed { kp, ki } } else { Self::PiAngle { kp, ki } }
             }
         }
@@ -137,20 +138,24 @@ impl LawConfig {
     }
 }
 
+/// What a magnitude of exactly 1 may come out as.
+const ROUNDING: f64 = 1e-12;
+
 /// K_D and K_P, refused when the paper's error dynamics with them are unstable.
 fn read_dac_gains(section: &Section<'_>, period_s: f64) -> (f64, f64) {
     let kd_per_s = section.number("kd_per_s", Bound::Finite);
     let kp_per_s2 = section.number("kp_per_s2", Bound::Finite);
     let radius = spectral_radius(kd_per_s, kp_per_s2, period_s);
-    if radius > 1.0 {
-        let culprit = if kd_per_s * period_s > kp_per_s2 * period_s * period_s { "kd_per_s" } else { "kp_per_s2" };
+    if radius > 1.0 + ROUNDING {
+        let kd_may_be = kd_per_s > 0.0 && kd_per_s * period_s <= 2.0;
+        let culprit = if kd_may_be { "kp_per_s2" } else { "kd_per_s" };
         let problem = section
             .problem(
                 culprit,
                 "these gains are unstable",
                 &format!(
-                    "found K_D {kd_per_s} and K_P {kp_per_s2} with T {period_s} s: an eigenvalue of the error matrix A \
-                     has magnitude {radius:.4}, expected at most 1"
+                    "found K_D {kd_per_s:?} and K_P {kp_per_s2:?} with T {period_s} s: an eigenvalue of the error matrix A \
+                     has magnitude {radius:.6}, expected at most 1"
                 ),
             )
             .help("keep K_D below 2/T and K_P between 0 and 2 K_D/T");

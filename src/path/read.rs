@@ -6,6 +6,33 @@ use super::profile::SpeedProfile;
 use crate::config::{Bound, Section};
 use crate::robot::Pose;
 
+// Far beyond what wheels do: a wrong unit or a slip of the key, no path.
+const FIELD_M: Bound = Bound::Within(-1e6, 1e6);
+const LENGTH_M: Bound = Bound::Within(1e-6, 1e6);
+const ANGLE_RAD: Bound = Bound::Within(-1e3, 1e3);
+const DURATION_S: Bound = Bound::Within(1e-3, 1e9);
+/// For accelerations, too.
+const SPEED_M_S: Bound = Bound::Within(1e-6, 1e6);
+
+/// Keys of one kind or another.
+const ALL_KEYS: [&str; 15] = [
+    "center_m",
+    "radius_m",
+    "duration_s",
+    "start_angle_rad",
+    "clockwise",
+    "from_m",
+    "to_m",
+    "width_m",
+    "axis_rad",
+    "heading_rad",
+    "speed_m_s",
+    "acceleration_m_s2",
+    "easing_m",
+    "segment",
+    "kind",
+];
+
 #[derive(Clone, Copy)]
 enum Kind {
     Circle,
@@ -31,6 +58,7 @@ impl Path {
             ("figure-eight", Kind::FigureEight),
             ("segments", Kind::Segments),
         ];
+        section.allow(&ALL_KEYS);
         match section.choice("kind", &kinds, true) {
             Kind::Circle => circle(section),
             Kind::Line => line(section),
@@ -42,10 +70,10 @@ impl Path {
 
 /// Eq 19: once around, counter-clockwise unless told otherwise.
 fn circle(section: &Section<'_>) -> Path {
-    let [center_x, center_y] = section.numbers("center_m", Bound::Finite);
-    let radius_m = section.number("radius_m", Bound::Positive);
-    let duration_s = section.number("duration_s", Bound::Positive);
-    let start_angle_rad = section.number_or("start_angle_rad", 0.0, Bound::Finite);
+    let [center_x, center_y] = section.numbers("center_m", FIELD_M);
+    let radius_m = section.number("radius_m", LENGTH_M);
+    let duration_s = section.number("duration_s", DURATION_S);
+    let start_angle_rad = section.number_or("start_angle_rad", 0.0, ANGLE_RAD);
     let side = if section.boolean_or("clockwise", false) { -1.0 } else { 1.0 };
     let (sin, cos) = libm::sincos(start_angle_rad);
     let start = Pose {
@@ -59,9 +87,9 @@ fn circle(section: &Section<'_>) -> Path {
 }
 
 fn line(section: &Section<'_>) -> Path {
-    let [from_x, from_y] = section.numbers("from_m", Bound::Finite);
-    let [to_x, to_y] = section.numbers("to_m", Bound::Finite);
-    let duration_s = section.number("duration_s", Bound::Positive);
+    let [from_x, from_y] = section.numbers("from_m", FIELD_M);
+    let [to_x, to_y] = section.numbers("to_m", FIELD_M);
+    let duration_s = section.number("duration_s", DURATION_S);
     let length_m = libm::hypot(to_x - from_x, to_y - from_y);
     if length_m == 0.0 {
         section.complain("to_m", "found the same point as `from_m`, expected another");
@@ -72,10 +100,10 @@ fn line(section: &Section<'_>) -> Path {
 }
 
 fn figure_eight(section: &Section<'_>) -> Path {
-    let center_m = section.numbers("center_m", Bound::Finite);
-    let width_m = section.number("width_m", Bound::Positive);
-    let duration_s = section.number("duration_s", Bound::Positive);
-    let axis_rad = section.number_or("axis_rad", 0.0, Bound::Finite);
+    let center_m = section.numbers("center_m", FIELD_M);
+    let width_m = section.number("width_m", LENGTH_M);
+    let duration_s = section.number("duration_s", DURATION_S);
+    let axis_rad = section.number_or("axis_rad", 0.0, ANGLE_RAD);
     let geometry = Geometry::figure_eight(center_m, width_m, axis_rad);
     let length_m = geometry.length_m();
     Path::new(geometry, SpeedProfile::Soft { length_m, duration_s })
@@ -84,11 +112,11 @@ fn figure_eight(section: &Section<'_>) -> Path {
 /// Lines and arcs under a speed limit; `easing_m` turns the jumps of
 /// curvature between them into clothoids of that length inside the arcs.
 fn segments(section: &Section<'_>) -> Path {
-    let [x_m, y_m] = section.numbers("from_m", Bound::Finite);
-    let heading_rad = section.number("heading_rad", Bound::Finite);
-    let speed_m_s = section.number("speed_m_s", Bound::Positive);
-    let acceleration_m_s2 = section.number("acceleration_m_s2", Bound::Positive);
-    let easing_m = section.number_or("easing_m", 0.0, Bound::NotNegative);
+    let [x_m, y_m] = section.numbers("from_m", FIELD_M);
+    let heading_rad = section.number("heading_rad", ANGLE_RAD);
+    let speed_m_s = section.number("speed_m_s", SPEED_M_S);
+    let acceleration_m_s2 = section.number("acceleration_m_s2", SPEED_M_S);
+    let easing_m = section.number_or("easing_m", 0.0, Bound::Within(0.0, 1e6));
     let tables = section.sections("segment");
     if tables.is_empty() {
         section.complain("segment", "found no segment, expected at least one [[path.segment]]");
@@ -110,16 +138,16 @@ fn segments(section: &Section<'_>) -> Path {
 }
 
 fn segment(table: &Section<'_>, speed_m_s: f64) -> Segment {
-    let speed_limit_m_s = table.number_or("speed_m_s", speed_m_s, Bound::Positive);
+    let speed_limit_m_s = table.number_or("speed_m_s", speed_m_s, SPEED_M_S);
     if table.has("line_m") == table.has("arc_rad") {
         table.complain("line_m", "expected either `line_m`, or `arc_rad` with `radius_m`");
     }
     if table.has("line_m") {
-        let length_m = table.number("line_m", Bound::Positive);
+        let length_m = table.number("line_m", LENGTH_M);
         return Segment { length_m, curvature_per_m: 0.0, speed_limit_m_s };
     }
-    let arc_rad = table.number("arc_rad", Bound::Finite);
-    let radius_m = table.number("radius_m", Bound::Positive);
+    let arc_rad = table.number("arc_rad", ANGLE_RAD);
+    let radius_m = table.number("radius_m", LENGTH_M);
     if arc_rad == 0.0 {
         table.complain("arc_rad", "found 0, expected an angle: positive turns left, negative right");
     }

@@ -1,6 +1,6 @@
 //! What a stack is made from.
 
-use crate::config::{Bound, Section};
+use crate::config::{Bound, Problem, Section};
 use crate::control::ControllerConfig;
 use crate::robot::{Pose, Robot};
 use crate::safety::Limits;
@@ -60,8 +60,8 @@ impl DriveConfig {
     pub fn read(section: &Section<'_>) -> Self {
         Self {
             counts_per_turn: section.integer("counts_per_turn", 1, 1 << 30) as u32,
-            torque_limit_nm: section.number("torque_limit_nm", Bound::Positive),
-            current_loop_s: section.number_or("current_loop_s", 0.0, Bound::NotNegative),
+            torque_limit_nm: section.number("torque_limit_nm", Bound::Within(1e-3, 1e6)),
+            current_loop_s: section.number_or("current_loop_s", 0.0, Bound::Within(0.0, 10.0)),
         }
     }
 }
@@ -80,9 +80,19 @@ fn read_profile(section: &Section<'_>) -> Profile {
         return stand_in();
     }
     Profile::load(&name).unwrap_or_else(|problems| {
-        problems.0.into_iter().for_each(|problem| section.report(problem));
+        problems.0.into_iter().for_each(|problem| section.report(located(section, problem)));
         stand_in()
     })
+}
+
+/// The problem itself, if it has a place in the profile or its DBC; else one
+/// at the key that names the profile.
+fn located(section: &Section<'_>, problem: Problem) -> Problem {
+    if problem.place.is_some() {
+        return problem;
+    }
+    let here = section.problem("profile", &problem.title, "named here");
+    Problem { help: problem.help, ..here }
 }
 
 /// A limit that no command can carry would never be reached.
