@@ -1,23 +1,18 @@
-//! The test bench: stack, bus and virtual robot in one process, in virtual
-//! time.
-//!
-//! What happens at the same instant happens in a fixed order: frames arrive
-//! before anybody wakes up, and drives wake up before the stack. With the bus's
-//! own arbitration this makes a run a function of its scenario alone.
+//! The test bench: the stack and its far side in one process, in lock-step.
 
 use std::ops::ControlFlow;
 
-use canloop::event::{BusFrame, Event, Sink, Truth};
+use canloop::event::{Event, Sink, Truth};
 use canloop::robot::{Pose, wrap_angle_rad};
 use canloop::stack::{Operator, Stack};
 use canloop::time::Instant;
-use canloop::wheels::{Wheel, Wheels};
+use canloop::wheels::Wheels;
 
+use crate::far_side::{FarSide, Happening};
 use crate::ideal;
 use crate::plant::State;
 use crate::scenario::{Link, Scenario};
-use crate::virtual_robot::VirtualRobot;
-use crate::wire::{Node, Wire, WireStats};
+use crate::wire::WireStats;
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,13 +80,11 @@ pub(crate) fn is_lost(truth: &Truth) -> bool {
 
 struct Bench<'s, S> {
     stack: Stack,
-    robot: VirtualRobot,
-    wire: Wire,
+    far_side: FarSide,
     sink: &'s mut S,
-    now: Instant,
-    /// The last SYNC sent.
-    last_sync: u64,
-    /// Where the path wanted the robot then.
+    /// Events of the stack that wait until what happened before is told.
+    told_by_stack: Vec<Event>,
+    /// Where the path wanted the robot at the last SYNC sent.
     reference: Pose,
     /// The truth at the last SYNC that arrived.
     truth: Option<Truth>,
@@ -102,89 +95,90 @@ impl<'s, S: Sink> Bench<'s, S> {
         let start = Instant::ZERO;
         let mut stack = Stack::new(&scenario.stack, start);
         stack.operate(Operator::Enable);
-        let profile = scenario.stack.profile.clone();
-        let (plant, spec) = (scenario.plant(), scenario.drive_spec());
         Self {
             stack,
-            robot: VirtualRobot::new(profile, plant, spec, scenario.period_s(), start),
-            wire: Wire::new(bitrate_bit_s),
+            far_side: FarSide::new(scenario, bitrate_bit_s, start),
             sink,
-            now: start,
-            last_sync: 0,
+            told_by_stack: Vec::with_capacity(16),
             reference: scenario.stack.controller.path.start(),
             truth: None,
         }
     }
 
     fn run(mut self, ticks: u64, mut progress: impl FnMut(u64) -> ControlFlow<()>) -> Outcome {
+        let mut tick = 0;
         let end = loop {
-            self.drain();
             self.step();
-            if self.last_sync > self.robot.ticks() + BLOCKED_PERIODS {
-                break End::Blocked;
-            }
-            let Some(truth) = self.truth.take() else { continue };
-            if is_lost(&truth) {
+            if self.truth.as_ref().is_some_and(is_lost) {
                 break End::Diverged;
             }
-            if truth.tick >= ticks {
+            if tick > BLOCKED_PERIODS + self.truth.map_or(0, |truth| truth.tick) {
+                break End::Blocked;
+            }
+            if tick >= ticks {
                 break End::Finished;
             }
-            if progress(truth.tick).is_break() {
+            if progress(tick).is_break() {
                 break End::Interrupted;
             }
+            tick += 1;
         };
-        let ticks = self.robot.ticks().saturating_sub(1);
-        Outcome { end, ticks, wire: *self.wire.stats(), state: Some(self.stack.state()) }
+        Outcome { end, ticks: tick, wire: *self.far_side.wire_stats(), state: Some(self.stack.state()) }
     }
 
-    /// Takes everything that the last step made.
-    fn drain(&mut self) {
+    /// One period: the stack wakes up, the far side makes a step, the stack
+    /// takes what came of it.
+    fn step(&mut self) {
+        let now = self.stack.next_wakeup();
+        self.stack.handle_wakeup(now);
         while let Some(event) = self.stack.poll_event() {
+            self.told_by_stack.push(event);
+        }
+        self.hand_over();
+        while self.far_side.peek().is_some_and(|at| at < now) {
+            self.take_happening();
+        }
+        self.tell(now);
+        while self.far_side.peek().is_some() {
+            self.take_happening();
+        }
+    }
+
+    fn take_happening(&mut self) {
+        match self.far_side.poll() {
+            Some((at, Happening::Frame(crossed))) => {
+                self.sink.event(at, &Event::Frame(crossed));
+                if !crossed.sent_by_stack {
+                    self.stack.handle_frame(at, &crossed.frame);
+                    while let Some(event) = self.stack.poll_event() {
+                        self.told_by_stack.push(event);
+                    }
+                    self.tell(at);
+                    self.hand_over();
+                }
+            }
+            Some((at, Happening::Synced(synced))) => {
+                let truth = truth(synced.tick, &synced.state, &self.reference, synced.torque_nm);
+                self.sink.event(at, &Event::Truth(truth));
+                self.truth = Some(truth);
+            }
+            None => {}
+        }
+    }
+
+    /// Gives the far side what the stack has sent.
+    fn hand_over(&mut self) {
+        while let Some(frame) = self.stack.poll_transmit() {
+            self.far_side.take(frame);
+        }
+    }
+
+    fn tell(&mut self, at: Instant) {
+        for event in self.told_by_stack.drain(..) {
             if let Event::Sync(sync) = &event {
-                self.last_sync = sync.tick;
                 self.reference = sync.reference;
             }
-            self.sink.event(self.now, &event);
-        }
-        while let Some(frame) = self.stack.poll_transmit() {
-            self.wire.send(self.now, Node::Stack, frame);
-        }
-        while let Some((wheel, frame)) = self.robot.poll_transmit() {
-            let node = match wheel {
-                Wheel::Right => Node::Right,
-                Wheel::Left => Node::Left,
-            };
-            self.wire.send(self.now, node, frame);
-        }
-    }
-
-    /// Goes on to the next instant at which something happens, and lets it.
-    fn step(&mut self) {
-        let wakeup = self.stack.next_wakeup().min(self.robot.next_wakeup());
-        if self.wire.next_arrival().is_some_and(|arrival| arrival <= wakeup) {
-            return self.deliver();
-        }
-        self.now = wakeup;
-        if self.robot.next_wakeup() == wakeup {
-            self.robot.handle_wakeup(wakeup);
-        } else {
-            self.stack.handle_wakeup(wakeup);
-        }
-    }
-
-    fn deliver(&mut self) {
-        let Some((at, sender, frame)) = self.wire.deliver() else { return };
-        self.now = at;
-        let sent_by_stack = sender == Node::Stack;
-        self.sink.event(at, &Event::Frame(BusFrame { bus: 0, sent_by_stack, frame }));
-        if !sent_by_stack {
-            self.stack.handle_frame(at, &frame);
-        } else if self.robot.handle_frame(&frame) {
-            let tick = self.robot.ticks() - 1;
-            let truth = truth(tick, self.robot.state(), &self.reference, self.robot.torque_applied_nm());
-            self.sink.event(at, &Event::Truth(truth));
-            self.truth = Some(truth);
+            self.sink.event(at, &event);
         }
     }
 }

@@ -3,8 +3,8 @@
 //! them.
 //!
 //! [`plant`] moves as the torques tell it, [`drive`] and [`encoder`] stand
-//! between it and the bus ([`virtual_robot`]), [`wire`] is the bus, [`bench`]
-//! joins it all with the stack in virtual time. Of what happens, [`summary`]
+//! between it and the bus ([`virtual_robot`]), [`wire`] is the bus; all that is
+//! the [`far_side`], which [`bench`] joins with the stack in lock-step. Of what happens, [`summary`]
 //! keeps the figures and [`trace`] what pictures are drawn from.
 
 pub mod bench;
@@ -13,6 +13,7 @@ pub mod commands;
 pub mod drive;
 pub mod encoder;
 pub mod expect;
+pub mod far_side;
 pub mod findings;
 mod ideal;
 pub mod paper;

@@ -146,6 +146,16 @@ impl Profile {
         self.feedback[wheel].counter.next_counter(counter)
     }
 
+    /// The arbitration id of SYNC.
+    pub fn sync_id(&self) -> CanId {
+        self.sync.envelope.id
+    }
+
+    /// The arbitration id of this wheel's feedback.
+    pub fn feedback_id(&self, wheel: Wheel) -> CanId {
+        self.feedback[wheel].envelope.id
+    }
+
     /// The counter that follows `counter` in SYNC.
     pub fn next_sync_counter(&self, counter: u8) -> u8 {
         self.sync.counter.next_counter(counter)
