@@ -157,3 +157,48 @@ impl Stretch<'_> {
         Step { speed, ..step }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use canloop::robot::{Load, Model, Robot};
+
+    use super::*;
+    use crate::plant::dynamics::Dynamics;
+    use crate::plant::{Friction, Torque};
+
+    const ROBOT: Robot = Robot {
+        model: Model::Paper,
+        mass_kg: 46.5,
+        inertia_kg_m2: 1.3133,
+        half_track_m: 0.27,
+        wheel_radius_m: 0.122,
+        wheel_inertia_kg_m2: 0.0144,
+        motor_inertia_kg_m2: 0.0125,
+        gear_ratio: 3.0,
+        load: Load { mass_kg: 80.0, cog_distance_m: 0.2, cog_angle_rad: 2.0 },
+    };
+    const FRICTION: Friction =
+        Friction { viscous_nm_s_per_rad: 0.2, static_nm: 60.0, coulomb_nm: 6.0, stribeck_s_per_rad: 500.0 };
+
+    #[test]
+    fn a_wheel_wrongly_said_to_leave_rest_is_held_for_a_moment() {
+        let dynamics = Dynamics::new(&ROBOT, Wheels::both(FRICTION));
+        let grip = Wheels { right: Grip::Slips(1.0), left: Grip::Sticks };
+        let torque = Wheels { right: Torque::constant(60.0 - 1e-11), left: Torque::constant(0.0) };
+        let stretch = Stretch::new(&dynamics, grip, Wheels::default(), torque);
+        let step = stretch.lasting(stretch.step(1e-3));
+        assert_eq!(step.speed, Wheels::default());
+        assert!(step.span_s > 0.1 * SHORTEST_SLIP_S, "time must go on, but by {} s", step.span_s);
+    }
+
+    #[test]
+    fn a_braked_wheel_ends_the_stretch_exactly_at_rest() {
+        let dynamics = Dynamics::new(&ROBOT, Wheels::both(FRICTION));
+        let grip = Wheels { right: Grip::Slips(-1.0), left: Grip::Sticks };
+        let torque = Wheels::both(Torque::constant(10.0));
+        let stretch = Stretch::new(&dynamics, grip, Wheels { right: -1e-4, left: 0.0 }, torque);
+        let step = stretch.lasting(stretch.step(1e-3));
+        assert_eq!(step.speed, Wheels::default());
+        assert!(step.span_s > 0.0 && step.span_s < 1e-5 && step.turned.right < 0.0);
+    }
+}

@@ -128,7 +128,7 @@ fn profiles() -> Vec<Profile> {
             "a wheel is dragged loose between two unlike lags",
             Wheels { right: Friction { static_nm: 14.0, ..FRICTION }, left: coulomb(13.0) },
             vec![
-                (0.01, constant(0.0, -70.0)),
+                (0.05, constant(0.0, -70.0)),
                 (0.005, Wheels { right: lag(14.5, -8.0, 1e-4), left: lag(80.0, -90.0, 1e-2) }),
             ],
         ),
