@@ -1,11 +1,13 @@
 //! How long a step may be. The physics says it: nothing here looks at an
 //! error of the last step, so the same motion always takes the same steps.
 
-use canloop::wheels::Wheel;
+use canloop::wheels::{Wheel, Wheels};
 
 use super::course::Course;
 use super::friction::STRIBECK_END;
+use super::grip::Grip;
 use super::stretch::Stretch;
+use super::torque::Torque;
 
 /// Part of the time constant of viscous friction and velocity terms that a
 /// step may span: a relative error of 1e-10 in each time constant.
@@ -17,6 +19,11 @@ const STRIBECK_STEP: f64 = 0.05;
 const TURN_RAD: f64 = 0.01;
 /// Speed error, rad/s, allowed to a step for a torque that is lagging.
 const LAG_ERROR_RAD_S: f64 = 5e-10;
+/// Part of a torque's time constant that a step may span where a wheel is
+/// within reach of rest: it could stop and start again unseen.
+const LAG_NEAR_REST: f64 = 0.25;
+/// Excess torque, N m, too small for that to matter.
+const SMALL_EXCESS_NM: f64 = 1e-6;
 /// A step is never shorter on account of the heading, s: who spins faster
 /// than 2000 rad/s does not ask where to.
 const SHORTEST_TURN_S: f64 = 1e-5;
@@ -37,6 +44,7 @@ impl Stretch<'_> {
         }
         self.limit_turn(&mut span_s, course, TURN_RAD / refinement);
         self.limit_lag(&mut span_s, smooth_hz + stribeck_hz, growth, refinement);
+        self.limit_lag_near_rest(&mut span_s, refinement);
         span_s.max(SHORTEST_S).min(left_s)
     }
 
@@ -93,6 +101,24 @@ impl Stretch<'_> {
             let allowed = 720.0 * LAG_ERROR_RAD_S * cube(time_constant_s);
             if error * missed > allowed {
                 *span_s = span_s.min(libm::cbrt(allowed / error) / refinement);
+            }
+        }
+    }
+
+    fn limit_lag_near_rest(&self, span_s: &mut f64, refinement: f64) {
+        if !self.lags() {
+            return;
+        }
+        let in_reach = Wheels::from_fn(|wheel| {
+            let acceleration = self.steady_acceleration[wheel].abs() + self.excess_acceleration[wheel].abs();
+            self.grip[wheel] != Grip::Sticks && self.speed[wheel].abs() <= acceleration * *span_s
+        });
+        if in_reach.right || in_reach.left {
+            for wheel in Wheel::BOTH {
+                let Torque { excess_nm, time_constant_s, .. } = self.torque[wheel];
+                if excess_nm.abs() > SMALL_EXCESS_NM {
+                    *span_s = span_s.min(LAG_NEAR_REST / refinement * time_constant_s);
+                }
             }
         }
     }

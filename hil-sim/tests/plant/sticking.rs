@@ -95,6 +95,20 @@ fn a_lagging_torque_breaks_a_wheel_loose_at_the_instant_it_passes_the_limit() {
 }
 
 #[test]
+fn a_wheel_that_lets_go_for_an_instant_is_back_at_rest_at_once() {
+    let coulomb = Friction { static_nm: 60.0, coulomb_nm: 60.0, ..NO_FRICTION };
+    for friction in [coulomb, FRICTION] {
+        for (above_nm, time_constant_s) in [(1e-12, 1e-3), (1e-9, 1e-3), (1e-6, 1e-5), (1e-3, 1e-6)] {
+            let torque = Torque { final_nm: 50.0, excess_nm: 10.0 + above_nm, time_constant_s };
+            let mut plant = Plant::new(robot(Model::RigidBody), Wheels::both(friction), Pose::default());
+            plant.advance(1.0, Wheels { right: torque, left: Torque { final_nm: -50.0, ..torque } });
+            assert_eq!(plant.is_stuck(), Wheels::both(true));
+            assert!(plant.state().angle_rad.all(|angle| angle.abs() < 1e-9), "{above_nm} N m: {:?}", plant.state());
+        }
+    }
+}
+
+#[test]
 fn a_braked_wheel_stops_where_its_energy_is_spent() {
     let coulomb = Friction { static_nm: 6.0, coulomb_nm: 6.0, ..NO_FRICTION };
     let m11 = robot(Model::Paper).mass_matrix().m11;
