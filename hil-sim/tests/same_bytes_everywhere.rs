@@ -80,15 +80,16 @@ fn hash(program: &PathBuf, overrides: &[&str]) -> String {
     summary["frames_blake3"].as_str().expect("a hash").to_owned()
 }
 
-/// The program built with the profile that this test was not built with.
-/// Where it is up to date cargo only says so; `scripts/test` sees to that.
+/// The program built with the profile that this test was not built with. The
+/// command is that of `scripts/test`, so where everything is up to date cargo
+/// only says where it lies.
 fn other_build() -> PathBuf {
     let profile = if cfg!(debug_assertions) { "release" } else { "dev" };
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--locked", "--package", "hil-sim", "--bin", "hil-sim", "--profile", profile]);
-    cargo.arg("--message-format=json-render-diagnostics").current_dir(env!("CARGO_MANIFEST_DIR"));
-    let built = finish(&mut cargo).expect_status(0);
+    cargo.args(["build", "--workspace", "--locked", "--profile", profile, "--message-format=json-render-diagnostics"]);
+    let built = finish(cargo.current_dir(env!("CARGO_MANIFEST_DIR"))).expect_status(0);
     let messages = built.stdout.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    let mut executables = messages.filter_map(|message| message["executable"].as_str().map(PathBuf::from));
-    executables.next_back().unwrap_or_else(|| panic!("cargo built no program:\n{}", built.stdout))
+    let mut programs = messages.filter(|message| message["target"]["name"] == "hil-sim");
+    let path = programs.find_map(|message| message["executable"].as_str().map(PathBuf::from));
+    path.unwrap_or_else(|| panic!("cargo built no program:\n{}", built.stdout))
 }
