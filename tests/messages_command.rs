@@ -1,0 +1,35 @@
+//! `canloop messages` prints what a drive profile puts on the bus.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn messages(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_canloop"));
+    command.arg("messages").args(arguments).output().expect("the program starts")
+}
+
+#[test]
+fn the_built_in_drive_is_shown_without_being_asked_for() {
+    let output = messages(&[]);
+    assert!(output.status.success());
+    let table = String::from_utf8(output.stdout).expect("text");
+    for message in ["Sync", "RightCommand", "LeftFeedback", "RightHeartbeat", "LeftFault"] {
+        assert!(table.contains(message), "{message} is missing in\n{table}");
+    }
+}
+
+#[test]
+fn a_profile_of_one_s_own_is_found_by_its_path() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("dbc/wheel_drive.toml");
+    assert_eq!(messages(&[path.to_str().expect("a UTF-8 path")]).stdout, messages(&[]).stdout);
+}
+
+#[test]
+fn a_profile_that_does_not_exist_is_bad_input() {
+    for name in ["weel_drive", "no-such-file.toml"] {
+        let output = messages(&[name]);
+        assert_eq!(output.status.code(), Some(2));
+        let text = String::from_utf8(output.stderr).expect("text");
+        assert!(text.contains(name), "{text}");
+    }
+}
