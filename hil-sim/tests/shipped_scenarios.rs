@@ -10,12 +10,12 @@ use rig::Rig;
 #[test]
 fn every_shipped_scenario_holds_what_it_expects() {
     let rig = Rig::new();
-    let list = rig.run(&["run", "--list"]).expect_status(0).stdout;
+    let list = rig.hil_sim(&["run", "--list"]).expect_status(0).stdout;
     let names: Vec<&str> = list.lines().collect();
     assert!(names.len() >= 12, "only {names:?}");
     let mut arguments = vec!["run", "--no-log"];
     arguments.extend(&names);
-    rig.run(&arguments).expect_status(0);
+    rig.hil_sim(&arguments).expect_status(0);
     for name in names {
         let summary = rig.summary(&format!("runs/{name}"));
         assert_eq!(summary["scenario"], name, "the file is named after its scenario");
