@@ -34,6 +34,10 @@ pub enum Reason {
     DriveDisabled,
     /// A wheel was too far from where it should be.
     FollowingError,
+    /// The loop woke up more than a period late.
+    LoopOverrun,
+    /// The bus went away, or its controller off it.
+    BusLost,
 }
 
 /// Limits that the gate keeps; see `[safety]`.
@@ -72,6 +76,8 @@ impl State {
             Self::Tripped(Reason::DriveFault) => 6,
             Self::Tripped(Reason::DriveDisabled) => 7,
             Self::Tripped(Reason::FollowingError) => 8,
+            Self::Tripped(Reason::LoopOverrun) => 9,
+            Self::Tripped(Reason::BusLost) => 10,
         }
     }
 
@@ -98,6 +104,8 @@ impl State {
             Self::Tripped(Reason::DriveFault) => "tripped: a drive reported a fault",
             Self::Tripped(Reason::DriveDisabled) => "tripped: a drive left its enabled state unasked",
             Self::Tripped(Reason::FollowingError) => "tripped: a wheel was too far from where it should be",
+            Self::Tripped(Reason::LoopOverrun) => "tripped: the loop woke up more than a period late",
+            Self::Tripped(Reason::BusLost) => "tripped: the bus went away, or its controller off it",
         }
     }
 }

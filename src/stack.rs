@@ -117,10 +117,15 @@ impl Stack {
         }
     }
 
-    /// Takes note that `at` has come.
+    /// Takes note that `at` has come. Waking up more than a period late trips
+    /// a stack in motion; the periods that were missed are not made up for.
     pub fn handle_wakeup(&mut self, at: Instant) {
         if at < self.next_sync {
             return;
+        }
+        if at > self.next_sync + self.period {
+            self.next_sync = at;
+            self.trip(Reason::LoopOverrun);
         }
         if self.awaiting_feedback {
             self.go_without_feedback();
@@ -141,12 +146,7 @@ impl Stack {
     pub fn operate(&mut self, wish: Operator) {
         match wish {
             Operator::Enable => self.enable_wanted = true,
-            Operator::Stop => {
-                self.enable_wanted = false;
-                if matches!(self.gate.state(), State::Enabling | State::Running) {
-                    self.enter(State::Stopped);
-                }
-            }
+            Operator::Stop => self.stop(),
             Operator::Reset => {
                 self.enable_wanted = false;
                 self.clear_fault_wanted = true;
@@ -154,6 +154,21 @@ impl Stack {
                 self.tell_state();
             }
         }
+    }
+
+    /// Takes note that something outside went wrong: a stack that is in motion
+    /// or about to be trips.
+    pub fn trip(&mut self, reason: Reason) {
+        if matches!(self.gate.state(), State::Enabling | State::Running) {
+            self.enter(State::Tripped(reason));
+        }
+    }
+
+    /// Says goodbye: both drives are told at once to let go, whatever the
+    /// state. What a runtime sends last.
+    pub fn farewell(&mut self) {
+        self.stop();
+        self.command(Wheels::default());
     }
 
     /// The next frame to send.
@@ -176,6 +191,13 @@ impl Stack {
         self.gate.state()
     }
 
+    fn stop(&mut self) {
+        self.enable_wanted = false;
+        if matches!(self.gate.state(), State::Enabling | State::Running) {
+            self.enter(State::Stopped);
+        }
+    }
+
     fn take_feedback(&mut self, wheel: Wheel, feedback: Feedback) {
         let last = self.drives[wheel].counter.replace(feedback.counter);
         if last == Some(feedback.counter) {
@@ -196,7 +218,7 @@ impl Stack {
     fn take_state(&mut self, wheel: Wheel, state: DriveState) {
         self.drives[wheel].state = Some(state);
         match (self.gate.state(), state) {
-            (State::Enabling | State::Running, DriveState::Fault) => self.enter(State::Tripped(Reason::DriveFault)),
+            (_, DriveState::Fault) => self.trip(Reason::DriveFault),
             (State::Running, DriveState::Ready | DriveState::Boot) => {
                 self.enter(State::Tripped(Reason::DriveDisabled));
             }
@@ -228,8 +250,8 @@ impl Stack {
     fn go_without_feedback(&mut self) {
         self.periods_since_feedback += 1;
         let timeout = self.gate.limits().feedback_timeout_periods;
-        if matches!(self.gate.state(), State::Enabling | State::Running) && self.periods_since_feedback >= timeout {
-            self.enter(State::Tripped(Reason::StaleFeedback));
+        if self.periods_since_feedback >= timeout {
+            self.trip(Reason::StaleFeedback);
         }
         self.finish_period(self.decision.torque_nm);
     }
@@ -241,16 +263,21 @@ impl Stack {
         if self.gate.state() != before {
             self.tell_state();
         }
-        let request = self.request();
-        for wheel in Wheel::BOTH {
-            let counter = self.command_counters[wheel];
-            self.command_counters[wheel] = self.profile.next_command_counter(wheel, counter);
-            self.send(&Message::Command(wheel, Command { torque_nm: torque_sent_nm[wheel], request, counter }));
-        }
+        self.command(torque_sent_nm);
         self.clear_fault_wanted = false;
         self.tell_tick(wanted_nm, torque_sent_nm);
         if self.gate.state() == State::Running {
             self.controller.advance();
+        }
+    }
+
+    /// Sends both drives a torque, N m, and what state to be in.
+    fn command(&mut self, torque_nm: Wheels<f64>) {
+        let request = self.request();
+        for wheel in Wheel::BOTH {
+            let counter = self.command_counters[wheel];
+            self.command_counters[wheel] = self.profile.next_command_counter(wheel, counter);
+            self.send(&Message::Command(wheel, Command { torque_nm: torque_nm[wheel], request, counter }));
         }
     }
 

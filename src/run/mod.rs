@@ -2,5 +2,7 @@
 //! read a clock or wait.
 
 mod clock;
+mod lockstep;
 
 pub use clock::Clock;
+pub use lockstep::{End, LockStep};

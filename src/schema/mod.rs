@@ -16,6 +16,7 @@ mod profile_reader;
 mod roles;
 mod signal;
 mod statements;
+mod step_end;
 mod value_names;
 
 pub use bits::ByteOrder;
@@ -26,3 +27,4 @@ pub use message::{Command, DriveState, FaultCode, Feedback, Heartbeat, Message, 
 pub use profile::Profile;
 pub use roles::TorqueScale;
 pub use signal::{Raw, RawKind, Signal};
+pub use step_end::{StepEnd, StepEndCodec};

@@ -1,0 +1,118 @@
+//! Lock-step: the stack's time goes on when the far side says that a step is
+//! over, not when a clock does. So the host's speed does not matter, and
+//! neither does the kind of bus between.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::bus::{Arrival, Bus, BusError, ControllerState};
+use crate::event::{BusFrame, Event, Sink};
+use crate::frame::Frame;
+use crate::run::Clock;
+use crate::safety::Reason;
+use crate::schema::{StepEnd, StepEndCodec};
+use crate::stack::Stack;
+use crate::time::{Duration, Instant};
+
+/// Drives a stack in lock-step with whoever sends [`StepEnd`].
+pub struct LockStep<'r, S> {
+    stack: Stack,
+    bus: &'r mut dyn Bus,
+    sink: &'r mut S,
+    clock: Clock,
+    step_end: StepEndCodec,
+    /// A frame for which the transmit queue had no room.
+    waiting: Option<Frame>,
+    /// How long, by the wall clock, the other side may be silent.
+    patience: Duration,
+}
+
+/// How a run on a bus ended.
+#[derive(Debug)]
+pub enum End {
+    /// Somebody here wanted it to.
+    Stopped,
+    /// The other side said that it was over.
+    Over,
+    /// The other side was silent for too long.
+    Silent,
+    /// The bus is gone.
+    Lost(BusError),
+}
+
+/// How often to look whether somebody wants to stop.
+const LOOK_UP: Duration = Duration::from_millis(100);
+/// How soon to try again when the transmit queue was full.
+const SOON: Duration = Duration::from_micros(200);
+
+impl<'r, S: Sink> LockStep<'r, S> {
+    /// A run of `stack`, which is to wake up first at [`Instant::ZERO`].
+    pub fn new(stack: Stack, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock, patience: Duration) -> Self {
+        Self { stack, bus, sink, clock, step_end: StepEndCodec::builtin(), waiting: None, patience }
+    }
+
+    /// Runs until the other side has had enough, or `stop` says so. The last
+    /// thing the drives hear is to let go.
+    pub fn run(mut self, stop: &AtomicBool) -> End {
+        let end = loop {
+            let now = self.stack.next_wakeup();
+            self.stack.handle_wakeup(now);
+            match self.step(now, stop) {
+                Ok(StepEnd { last: false, .. }) => {}
+                Ok(StepEnd { last: true, .. }) => break End::Over,
+                Err(end) => break end,
+            }
+        };
+        self.stack.farewell();
+        let now = self.stack.next_wakeup();
+        // Whatever the state of the bus: there is nothing better left to try.
+        let _ = self.drain(now);
+        end
+    }
+
+    /// Sends what the stack has to say and hands it the answers, up to the
+    /// marker.
+    fn step(&mut self, now: Instant, stop: &AtomicBool) -> Result<StepEnd, End> {
+        let deadline = self.clock.now() + self.patience;
+        loop {
+            self.drain(now).map_err(End::Lost)?;
+            if stop.load(Ordering::Relaxed) {
+                return Err(End::Stopped);
+            }
+            let pause = if self.waiting.is_some() { SOON } else { LOOK_UP };
+            let look_again = deadline.min(self.clock.now() + pause);
+            match self.bus.receive(look_again).map_err(End::Lost)? {
+                Some((_, Arrival::Frame(frame))) => match self.step_end.decode(&frame) {
+                    Some(step_end) => return Ok(step_end),
+                    None => self.take(now, &frame),
+                },
+                Some((_, Arrival::Down | Arrival::State(ControllerState::BusOff))) => self.stack.trip(Reason::BusLost),
+                Some(_) => {}
+                None if self.clock.now() >= deadline => return Err(End::Silent),
+                None => {}
+            }
+        }
+    }
+
+    fn take(&mut self, now: Instant, frame: &Frame) {
+        self.sink.event(now, &Event::Frame(BusFrame { bus: 0, sent_by_stack: false, frame: *frame }));
+        self.stack.handle_frame(now, frame);
+    }
+
+    /// Tells what happened and sends what the bus takes; the rest waits.
+    fn drain(&mut self, now: Instant) -> Result<(), BusError> {
+        while let Some(event) = self.stack.poll_event() {
+            self.sink.event(now, &event);
+        }
+        while let Some(frame) = self.waiting.take().or_else(|| self.stack.poll_transmit()) {
+            match self.bus.send(&frame) {
+                Ok(()) => self.sink.event(now, &Event::Frame(BusFrame { bus: 0, sent_by_stack: true, frame })),
+                Err(BusError::Full) => {
+                    self.waiting = Some(frame);
+                    break;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+}
