@@ -54,6 +54,8 @@ pub struct Synced {
     pub state: State,
     /// Mean torque at the wheels over the period that has ended, N m.
     pub torque_nm: Wheels<f64>,
+    /// Whether both drives are enabled.
+    pub enabled: bool,
 }
 
 impl FarSide {
@@ -135,6 +137,7 @@ impl FarSide {
                 tick: self.robot.ticks() - 1,
                 state: *self.robot.state(),
                 torque_nm: self.robot.torque_applied_nm(),
+                enabled: self.robot.is_enabled(),
             };
             self.happenings.push_back((at, Happening::Synced(synced)));
         }

@@ -20,6 +20,7 @@ pub mod paper;
 pub mod plant;
 pub mod recording;
 pub mod scenario;
+pub mod serve;
 pub mod summary;
 pub mod torque_csv;
 pub mod trace;

@@ -8,7 +8,7 @@
 use std::collections::VecDeque;
 
 use canloop::frame::Frame;
-use canloop::schema::{Message, Profile};
+use canloop::schema::{DriveState, Message, Profile};
 use canloop::time::Instant;
 use canloop::wheels::{Wheel, Wheels};
 
@@ -91,6 +91,11 @@ impl VirtualRobot {
     /// The plant's state at the last SYNC.
     pub fn state(&self) -> &State {
         self.plant.state()
+    }
+
+    /// Whether both drives are enabled.
+    pub fn is_enabled(&self) -> bool {
+        self.drives.all(|drive| drive.heartbeat().state == DriveState::Enabled)
     }
 
     /// Mean torque at the wheels over the period that ended with the last
