@@ -1,9 +1,8 @@
 //! A scenario: the robot as it is, the stack that drives it, the bus between
 //! them, and what is expected of the run.
 
-use std::path::Path;
 
-use canloop::config::{Bound, Document, Problem, Problems, Reader, Section, nearest};
+use canloop::config::{Bound, Document, Problems, Reader, Section};
 use canloop::robot::Robot;
 use canloop::stack::StackConfig;
 use canloop::wheels::{Wheel, Wheels};
@@ -58,7 +57,7 @@ impl Scenario {
     /// Loads a shipped scenario by its name, or a file by its path, with
     /// `KEY=VALUE` overrides laid over it.
     pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Self, Problems> {
-        let mut document = open_with_bases(name_or_path)?;
+        let mut document = Document::open(name_or_path, SHIPPED)?;
         for assignment in overrides {
             document.set(assignment)?;
         }
@@ -119,45 +118,6 @@ impl Scenario {
         }
         scenario
     }
-}
-
-/// A scenario laid over the one it names as its `base`, and that over its own.
-fn open_with_bases(name_or_path: &str) -> Result<Document, Problem> {
-    const DEEPEST: usize = 8;
-    let mut document = open(name_or_path)?;
-    let mut folder = Path::new(name_or_path).parent().map(Path::to_owned).unwrap_or_default();
-    let mut next = document.text_of("base").map(str::to_owned);
-    for _ in 0..DEEPEST {
-        let Some(name) = next else { return Ok(document) };
-        let path = if name.ends_with(".toml") { folder.join(&name).display().to_string() } else { name };
-        let base = open(&path).map_err(|problem| {
-            document.problem_at("base", problem.title, "named here").help(problem.help.unwrap_or_default())
-        })?;
-        next = base.text_of("base").map(str::to_owned);
-        folder = Path::new(&path).parent().map(Path::to_owned).unwrap_or_default();
-        document.lay_over(base);
-    }
-    let title = format!("scenarios are based on one another more than {DEEPEST} deep");
-    Err(document.problem_at("base", title, "found a circle, or a very long chain"))
-}
-
-/// The shipped scenario of that name or the file at that path.
-fn open(name_or_path: &str) -> Result<Document, Problem> {
-    if name_or_path.ends_with(".toml") || name_or_path.contains(std::path::MAIN_SEPARATOR) {
-        return Document::read(Path::new(name_or_path));
-    }
-    if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == name_or_path) {
-        return Document::parse(format!("{name}.toml (shipped)"), *text);
-    }
-    let names = || SHIPPED.iter().map(|(name, _)| *name);
-    let problem = Problem::bare(format!("there is no shipped scenario `{name_or_path}`"));
-    Err(match nearest(name_or_path, names()) {
-        Some(name) => problem.help(format!("did you mean `{name}`? A file is given by its path, ending in .toml")),
-        None => problem.help(format!(
-            "shipped are {}; a file is given by its path, ending in .toml",
-            names().collect::<Vec<_>>().join(", ")
-        )),
-    })
 }
 
 /// The name becomes a folder, so it may not lead out of its parent.

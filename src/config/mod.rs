@@ -7,6 +7,7 @@
 //! and gives them in one piece at the end.
 
 mod document;
+mod open;
 mod problem;
 mod reader;
 

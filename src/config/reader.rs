@@ -13,6 +13,8 @@ pub struct Reader<'d> {
     /// Keys asked for, by the path of their table: what is not in here when
     /// reading ends is a key that means nothing.
     asked: RefCell<BTreeMap<String, BTreeSet<String>>>,
+    /// Paths below which nothing is looked at.
+    passed_over: RefCell<BTreeSet<String>>,
 }
 
 /// A table of the document, or the place where it would stand.
@@ -42,7 +44,7 @@ pub enum Bound {
 impl<'d> Reader<'d> {
     /// Starts reading `document`.
     pub fn new(document: &'d Document) -> Self {
-        Self { document, problems: RefCell::default(), asked: RefCell::default() }
+        Self { document, problems: RefCell::default(), asked: RefCell::default(), passed_over: RefCell::default() }
     }
 
     /// The table that is the whole document.
@@ -64,6 +66,9 @@ impl<'d> Reader<'d> {
     }
 
     fn report_unknown(&self, path: &str, node: &Node) {
+        if self.passed_over.borrow().contains(path) {
+            return;
+        }
         match &node.value {
             Value::Table(table) => {
                 for (name, entry) in table {
@@ -272,6 +277,12 @@ impl<'r> Section<'r> {
         keys.iter().for_each(|key| {
             self.get(key);
         });
+    }
+
+    /// Takes a key and all that is in it as known, whatever it is.
+    pub fn pass_over(&self, key: &str) {
+        self.get(key);
+        self.reader.passed_over.borrow_mut().insert(join(&self.path, key));
     }
 
     /// Names of the keys that are given, without asking for any.

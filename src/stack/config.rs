@@ -1,6 +1,6 @@
 //! What a stack is made from.
 
-use crate::config::{Bound, Problem, Section};
+use crate::config::{Bound, Document, Problem, Problems, Reader, Section};
 use crate::control::ControllerConfig;
 use crate::robot::{Pose, Robot};
 use crate::safety::Limits;
@@ -37,6 +37,23 @@ pub struct DriveConfig {
 }
 
 impl StackConfig {
+    /// Loads the configuration of a robot from its file, with overrides laid
+    /// over it; also gives it as one TOML text, for the log. Keys that only a
+    /// simulation knows are passed over, so that a scenario will do.
+    pub fn load(path: &str, overrides: &[String]) -> Result<(Self, String), Problems> {
+        let mut document = Document::open(path, &[])?;
+        for assignment in overrides {
+            document.set(assignment)?;
+        }
+        let reader = Reader::new(&document);
+        let root = reader.root();
+        let robot = root.section("robot");
+        let config = Self::read(&root, &Robot::read(&robot, None));
+        robot.pass_over("friction");
+        SIMULATION_ONLY.iter().for_each(|key| root.pass_over(key));
+        Ok((reader.finish(config)?, document.resolved()))
+    }
+
     /// Reads everything but the robot itself, which a scenario has as the
     /// truth. What is wrong is reported to the section's reader.
     pub fn read(root: &Section<'_>, robot: &Robot) -> Self {
@@ -54,6 +71,9 @@ impl StackConfig {
         }
     }
 }
+
+/// What a scenario says beside the robot's configuration.
+const SIMULATION_ONLY: [&str; 6] = ["base", "bus", "duration_s", "expect", "name", "seed"];
 
 impl DriveConfig {
     /// Reads the numbers of a `[drive]` section.
