@@ -31,6 +31,7 @@ pub mod odometry;
 pub mod path;
 pub mod report;
 pub mod robot;
+pub mod run;
 pub mod safety;
 pub mod schema;
 pub mod stack;
