@@ -4,11 +4,21 @@
 //! kernel socket, a network connection, or another bus wrapped in something.
 //! Nothing branches on the kind of bus.
 
+mod address;
+#[cfg(target_os = "linux")]
+mod can_link;
 mod frame_bits;
+#[cfg(target_os = "linux")]
+mod socketcan;
 
 use std::fmt;
 
+pub use address::{OpenOptions, open};
+#[cfg(target_os = "linux")]
+pub use can_link::{CanLink, LinkError};
 pub use frame_bits::{data_phase_bits, frame_bits};
+#[cfg(target_os = "linux")]
+pub use socketcan::{SocketCan, SocketCanCounts};
 
 use crate::frame::Frame;
 use crate::time::Instant;

@@ -1,0 +1,69 @@
+//! A bus by its address, as users write it.
+
+use super::Bus;
+use crate::config::Problem;
+use crate::frame::CanId;
+use crate::run::Clock;
+
+/// What a program wants of the bus that it opens.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct OpenOptions<'a> {
+    /// The ids to be received; with none, all.
+    pub receive: &'a [CanId],
+    /// The nominal bit rate that the bus must have, where it has one.
+    pub bit_rate_bit_s: Option<u32>,
+    /// Whether the bus must carry CAN FD frames.
+    pub needs_fd: bool,
+}
+
+/// Opens the bus at `address`: an interface of the Linux kernel (`can0`,
+/// `vcan0`), or `tcp://HOST:PORT/NAME` for a socketcand server.
+///
+/// # Errors
+/// An address of another form, or a bus that cannot be had as `options` want
+/// it: what was found, and what to do about it.
+pub fn open(address: &str, options: &OpenOptions, clock: Clock) -> Result<Box<dyn Bus + Send>, Problem> {
+    match address.split_once("://") {
+        Some(("tcp", _)) => Err(Problem::bare(format!("{address}: this build has no TCP bus yet"))),
+        None if is_interface_name(address) => open_interface(address, options, clock),
+        _ => Err(Problem::bare(format!("{address:?} is no bus"))
+            .help("expected a CAN interface such as can0 or vcan0, or tcp://HOST:PORT/NAME for a socketcand server")),
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn open_interface(name: &str, options: &OpenOptions, clock: Clock) -> Result<Box<dyn Bus + Send>, Problem> {
+    Ok(Box::new(super::SocketCan::open(name, options, clock)?))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn open_interface(name: &str, _: &OpenOptions, _: Clock) -> Result<Box<dyn Bus + Send>, Problem> {
+    Err(Problem::bare(format!("{name}: only Linux has CAN interfaces"))
+        .help("use tcp://HOST:PORT/NAME with a socketcand server"))
+}
+
+/// What the kernel takes for the name of an interface (`dev_valid_name`).
+fn is_interface_name(name: &str) -> bool {
+    (1..16).contains(&name.len()) && !name.contains(|c: char| c == '/' || c == ':' || c.is_whitespace() || c == '\0')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(address: &str) -> String {
+        let refused = open(address, &OpenOptions::default(), Clock::new());
+        refused.err().expect("no bus should be there").to_string()
+    }
+
+    #[test]
+    fn an_address_of_no_known_form_is_refused_with_the_forms_there_are() {
+        for address in ["", "udp://239.0.0.1/can0", "can 0", "/dev/ttyUSB0", "a-very-long-interface-name"] {
+            let message = refusal(address);
+            assert!(
+                message.contains("is no bus") && message.contains("can0") && message.contains("tcp://"),
+                "{message}"
+            );
+        }
+    }
+}
