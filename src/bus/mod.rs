@@ -5,10 +5,12 @@
 //! Nothing branches on the kind of bus.
 
 mod frame_bits;
+pub mod socketcand;
 
 use std::fmt;
 
 pub use frame_bits::{data_phase_bits, frame_bits};
+pub use socketcand::Socketcand;
 
 use crate::frame::Frame;
 use crate::time::Instant;
