@@ -1,7 +1,6 @@
 //! A scenario: the robot as it is, the stack that drives it, the bus between
 //! them, and what is expected of the run.
 
-
 use canloop::config::{Bound, Document, Problems, Reader, Section};
 use canloop::robot::Robot;
 use canloop::stack::StackConfig;

@@ -1,6 +1,7 @@
 //! A bus by its address, as users write it.
 
 use super::Bus;
+use super::socketcand::{Endpoint, Hub, Socketcand};
 use crate::config::Problem;
 use crate::frame::CanId;
 use crate::run::Clock;
@@ -14,20 +15,33 @@ pub struct OpenOptions<'a> {
     pub bit_rate_bit_s: Option<u32>,
     /// Whether the bus must carry CAN FD frames.
     pub needs_fd: bool,
+    /// Whether a bus that is hosted here may be reached from other machines.
+    pub allow_others: bool,
 }
 
 /// Opens the bus at `address`: an interface of the Linux kernel (`can0`,
-/// `vcan0`), or `tcp://HOST:PORT/NAME` for a socketcand server.
+/// `vcan0`), `tcp://HOST:PORT/NAME` for a bus of a socketcand server, or
+/// `tcp-listen://HOST:PORT/NAME` to be that server.
 ///
 /// # Errors
 /// An address of another form, or a bus that cannot be had as `options` want
 /// it: what was found, and what to do about it.
 pub fn open(address: &str, options: &OpenOptions, clock: Clock) -> Result<Box<dyn Bus + Send>, Problem> {
     match address.split_once("://") {
-        Some(("tcp", _)) => Err(Problem::bare(format!("{address}: this build has no TCP bus yet"))),
+        Some(("tcp", endpoint)) => {
+            let Endpoint { host, port, bus_name } = Endpoint::parse(endpoint)?;
+            Ok(Box::new(Socketcand::connect(&host, port, &bus_name, clock)?))
+        }
+        Some(("tcp-listen", endpoint)) => {
+            let endpoint = Endpoint::parse(endpoint)?;
+            let listen_at = endpoint.to_listen_address()?;
+            Ok(Box::new(Hub::listen(listen_at, &endpoint.bus_name, clock, options.allow_others)?))
+        }
         None if is_interface_name(address) => open_interface(address, options, clock),
-        _ => Err(Problem::bare(format!("{address:?} is no bus"))
-            .help("expected a CAN interface such as can0 or vcan0, or tcp://HOST:PORT/NAME for a socketcand server")),
+        _ => Err(Problem::bare(format!("{address:?} is no bus")).help(
+            "expected a CAN interface such as can0 or vcan0, tcp://HOST:PORT/NAME for a bus of a socketcand server, \
+                 or tcp-listen://HOST:PORT/NAME to host one",
+        )),
     }
 }
 

@@ -10,6 +10,7 @@ mod can_link;
 mod frame_bits;
 #[cfg(target_os = "linux")]
 mod socketcan;
+pub mod socketcand;
 
 use std::fmt;
 
@@ -19,6 +20,7 @@ pub use can_link::{CanLink, LinkError};
 pub use frame_bits::{data_phase_bits, frame_bits};
 #[cfg(target_os = "linux")]
 pub use socketcan::{SocketCan, SocketCanCounts};
+pub use socketcand::Socketcand;
 
 use crate::frame::Frame;
 use crate::time::Instant;
