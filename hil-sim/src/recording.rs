@@ -9,7 +9,7 @@ use canloop::event::{Event, Sink};
 use canloop::log::{LogContents, LogError, LoggedBus, McapLog, WhenFull};
 use canloop::time::Instant;
 
-use crate::bench;
+use crate::bench::{self, Outcome};
 use crate::scenario::Scenario;
 use crate::summary::{Gauge, LogFigures, Summary};
 use crate::trace::Trace;
@@ -47,21 +47,32 @@ impl<'s> Recording<'s> {
         self
     }
 
-    /// Runs the scenario. A log that could not be written to its end is an
-    /// error, but the figures come back all the same.
-    pub fn run(mut self, progress: impl FnMut(u64) -> ControlFlow<()>) -> (Summary, Option<Trace>, Option<LogError>) {
+    /// Runs the scenario in this process.
+    pub fn run(mut self, progress: impl FnMut(u64) -> ControlFlow<()>) -> Finished {
         let outcome = bench::run(self.scenario, &mut self, progress);
-        let mut summary = self.gauge.summary(self.scenario, &outcome);
-        let mut log_error = None;
-        match self.log.map(McapLog::finish) {
-            Some(Ok(report)) => {
-                summary.log = Some(LogFigures { messages: report.messages, queue_full: report.waits });
-            }
-            Some(Err(error)) => log_error = Some(error),
-            None => {}
-        }
-        (summary, self.trace, log_error)
+        self.finish(&outcome)
     }
+
+    /// Closes what was kept of a run that ended so.
+    pub fn finish(self, outcome: &Outcome) -> Finished {
+        let mut summary = self.gauge.summary(self.scenario, outcome);
+        let log = self.log.map(McapLog::finish).transpose();
+        if let Ok(Some(report)) = &log {
+            summary.log = Some(LogFigures { messages: report.messages, queue_full: report.waits });
+        }
+        Finished { summary, trace: self.trace, log_error: log.err() }
+    }
+}
+
+/// What is left of a run.
+#[derive(Debug)]
+pub struct Finished {
+    /// Its figures.
+    pub summary: Summary,
+    /// Samples for pictures, where they were wanted.
+    pub trace: Option<Trace>,
+    /// Why the log ends early, if it does; the figures are complete all the same.
+    pub log_error: Option<LogError>,
 }
 
 impl Sink for Recording<'_> {

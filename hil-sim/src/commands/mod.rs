@@ -3,6 +3,7 @@
 pub mod paper;
 pub mod plant;
 pub mod run;
+pub mod serve;
 
 mod interrupt;
 mod progress;

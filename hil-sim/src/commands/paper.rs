@@ -78,8 +78,8 @@ fn run_all(cases: &[Case], progress: &mut Progress) -> Result<Vec<Finished>, Fai
 fn run_one(case: &Case) -> Result<Finished, Failure> {
     let scenario = case.scenario()?;
     let stop = |_| if interrupt::check().is_break() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    let (summary, trace, _) = Recording::new(&scenario).with_trace(SAMPLES).run(stop);
-    Ok(Finished { case: case.clone(), summary, trace: trace.unwrap_or_default() })
+    let run = Recording::new(&scenario).with_trace(SAMPLES).run(stop);
+    Ok(Finished { case: case.clone(), summary: run.summary, trace: run.trace.unwrap_or_default() })
 }
 
 fn print(runs: &[Finished]) {

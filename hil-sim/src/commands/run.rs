@@ -8,7 +8,7 @@ use canloop::config::{Problem, Problems};
 
 use super::progress::Progress;
 use super::{FAILED, Failure, HELD, INTERRUPTED, create_folder, interrupt, say, write_file};
-use crate::recording::Recording;
+use crate::recording::{Finished, Recording};
 use crate::scenario::Scenario;
 use crate::summary::Summary;
 
@@ -40,6 +40,9 @@ pub struct Args {
     #[arg(long)]
     list: bool,
 }
+
+/// The log's name in a run's folder.
+const LOG_NAME: &str = "run.mcap";
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
@@ -85,29 +88,37 @@ fn load(names: &[String], overrides: &[String]) -> Result<Vec<Scenario>, Problem
 
 fn run_one(scenario: &Scenario, folder: &Path, logged: bool) -> Result<Summary, Failure> {
     create_folder(folder)?;
-    let log_path = folder.join("run.mcap");
-    let mut recording = Recording::new(scenario);
-    if logged {
-        recording = recording.with_log(&log_path).map_err(|error| Failure::Broken(error.to_string()))?;
-    }
+    let recording = record(scenario, folder, logged)?;
     let mut progress = Progress::new(scenario.name.clone(), scenario.ticks());
-    let (summary, _, log_error) = recording.run(|tick| {
+    let finished = recording.run(|tick| {
         if tick.is_multiple_of(256) {
             progress.at(tick);
         }
         interrupt::check()
     });
     progress.done();
+    conclude(finished, folder, progress.elapsed_s())
+}
+
+/// What is to be kept of a run: its figures, and a log where it is wanted.
+pub(super) fn record<'s>(scenario: &'s Scenario, folder: &Path, logged: bool) -> Result<Recording<'s>, Failure> {
+    let recording = Recording::new(scenario);
+    if !logged {
+        return Ok(recording);
+    }
+    recording.with_log(&folder.join(LOG_NAME)).map_err(|error| Failure::Broken(error.to_string()))
+}
+
+/// Writes the summary of a run and prints it.
+pub(super) fn conclude(finished: Finished, folder: &Path, elapsed_s: f64) -> Result<Summary, Failure> {
+    let Finished { summary, log_error, .. } = finished;
     let summary_path = folder.join("summary.json");
     let mut json = serde_json::to_string_pretty(&summary).expect("a summary is plain data");
     json.push('\n');
     write_file(&summary_path, &json)?;
-    print(&summary, progress.elapsed_s());
-    if logged {
-        say(format_args!("  written          {}, {}", log_path.display(), summary_path.display()));
-    } else {
-        say(format_args!("  written          {}", summary_path.display()));
-    }
+    print(&summary, elapsed_s);
+    let log = summary.log.map(|_| format!("{}, ", folder.join(LOG_NAME).display())).unwrap_or_default();
+    say(format_args!("  written          {log}{}", summary_path.display()));
     match log_error {
         Some(error) => Err(Failure::Broken(error.to_string())),
         None => Ok(summary),

@@ -1,11 +1,19 @@
 //! The command line of `canloop`.
 
+mod drive;
+mod stop;
+
+use std::fmt::Display;
 use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use crate::config::Problems;
 use crate::schema::Profile;
+
+/// The input was bad, or the bus or the log could not be had.
+const BAD_INPUT: u8 = 2;
 
 /// Closes a robot's control loop over a CAN bus
 #[derive(Debug, Parser)]
@@ -17,6 +25,8 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Drive a robot: run the control stack on a CAN bus
+    Drive(drive::Args),
     /// Print the messages of a drive profile as a Markdown table
     #[command(after_help = "\
 Examples:
@@ -31,16 +41,22 @@ Examples:
 
 /// Runs the program. Exit status 2 is bad input.
 pub fn main() -> ExitCode {
-    let Command::Messages { profile } = Cli::parse().command;
-    match Profile::load(&profile) {
-        Ok(profile) => {
-            // A reader that has closed the pipe has seen enough.
-            let _ = std::io::stdout().write_all(profile.dbc.markdown_table().as_bytes());
-            ExitCode::SUCCESS
-        }
-        Err(problems) => {
-            eprintln!("{problems}");
-            ExitCode::from(2)
-        }
-    }
+    let result = match Cli::parse().command {
+        Command::Drive(args) => drive::run(&args),
+        Command::Messages { profile } => messages(&profile),
+    };
+    result.unwrap_or_else(|problems| {
+        eprintln!("{problems}");
+        ExitCode::from(BAD_INPUT)
+    })
+}
+
+fn messages(profile: &str) -> Result<ExitCode, Problems> {
+    say(Profile::load(profile)?.dbc.markdown_table().trim_end());
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Prints a line, unless nobody reads any more.
+fn say(line: impl Display) {
+    let _ = writeln!(std::io::stdout(), "{line}");
 }

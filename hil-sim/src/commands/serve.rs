@@ -1,0 +1,89 @@
+//! `hil-sim serve`: the drives impersonated on a bus, for any controller.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use canloop::bus::{self, OpenOptions};
+use canloop::config::Problem;
+use canloop::run::Clock;
+use canloop::time::Duration;
+
+use super::progress::Progress;
+use super::run::{conclude, record};
+use super::{FAILED, Failure, HELD, INTERRUPTED, create_folder, interrupt, say};
+use crate::bench::End;
+use crate::scenario::{Link, Scenario};
+use crate::serve::{ServeEnd, Server};
+
+/// What `hil-sim serve` is given.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Each SYNC moves the plant on by the scenario's period; when the drives have
+answered, the marker StepEnd of dbc/sim.dbc ends the step. A stack that waits
+for it runs in lock-step, and nothing depends on the host's speed.
+
+Examples:
+  hil-sim serve dac-friction --bus vcan0
+  hil-sim serve dac-friction --bus tcp-listen://127.0.0.1:29536/can0
+
+Exit status: 0 all expectations hold, 1 one does not or the controller fell
+silent, 2 bad input or no bus, 130 ended by Ctrl-C.")]
+pub struct Args {
+    /// Name of a shipped scenario, or path of a scenario file ending in .toml
+    scenario: String,
+    /// can0, vcan0, tcp://HOST:PORT/NAME, or tcp-listen://HOST:PORT/NAME to host a bus
+    #[arg(long)]
+    bus: String,
+    /// Lay KEY=VALUE over the scenario: KEY a dotted path, VALUE as TOML
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Where run.mcap and summary.json go
+    #[arg(long, value_name = "DIR", default_value = "runs")]
+    out: PathBuf,
+    /// Write no log, only summary.json
+    #[arg(long)]
+    no_log: bool,
+    /// How long, by the wall clock, the controller may be silent, s
+    #[arg(long, default_value_t = 30.0, value_name = "SECONDS")]
+    dead_man_s: f64,
+    /// Let other machines reach a bus that is hosted here
+    #[arg(long)]
+    allow_others: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let scenario = Scenario::load(&args.scenario, &args.overrides)?;
+    let Link::Can { bitrate_bit_s } = scenario.link else {
+        let problem = Problem::bare(format!("`{}` has an ideal link, which no bus can be", scenario.name));
+        return Err(problem.help("serve a scenario with bus.link = \"can\"").into());
+    };
+    if !(0.001..=86_400.0).contains(&args.dead_man_s) {
+        let found = format!("--dead-man-s will not do: found {}, expected 0.001 to 86400", args.dead_man_s);
+        return Err(Problem::bare(found).into());
+    }
+    let clock = Clock::new();
+    let options = OpenOptions { allow_others: args.allow_others, ..OpenOptions::default() };
+    let mut bus = bus::open(&args.bus, &options, clock)?;
+    create_folder(&args.out)?;
+    let mut recording = record(&scenario, &args.out, !args.no_log)?;
+    interrupt::listen();
+    say(format_args!("serving {} on {}", scenario.name, args.bus));
+    let mut progress = Progress::new(scenario.name.clone(), scenario.ticks());
+    let server = Server::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock);
+    let (end, outcome) = server.run(Duration::from_secs_f64(args.dead_man_s), |tick| {
+        progress.at(tick);
+        interrupt::check()
+    });
+    progress.done();
+    let summary = conclude(recording.finish(&outcome), &args.out, progress.elapsed_s())?;
+    match end {
+        ServeEnd::Silent => {
+            say(format_args!("  ended            nothing came from the controller for {} s", args.dead_man_s));
+            Ok(ExitCode::from(FAILED))
+        }
+        ServeEnd::Lost(error) => Err(Failure::Broken(error.to_string())),
+        ServeEnd::Run(End::Interrupted) => Ok(ExitCode::from(INTERRUPTED)),
+        ServeEnd::Run(_) => Ok(ExitCode::from(if summary.passed { HELD } else { FAILED })),
+    }
+}
