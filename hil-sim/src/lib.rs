@@ -4,7 +4,7 @@
 //!
 //! [`plant`] moves as the torques tell it, [`drive`] and [`encoder`] stand
 //! between it and the bus ([`virtual_robot`]), [`wire`] is the bus; all that is
-//! the [`far_side`], which [`bench`] joins with the stack in lock-step. Of what happens, [`summary`]
+//! the [`far_side`], which [`mod@bench`] joins with the stack in lock-step. Of what happens, [`summary`]
 //! keeps the figures and [`trace`] what pictures are drawn from.
 
 pub mod bench;
