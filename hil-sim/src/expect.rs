@@ -27,7 +27,8 @@ pub struct Verdict {
     pub min: Option<f64>,
     /// Upper bound, if there is one.
     pub max: Option<f64>,
-    /// Whether it held; false where the run ended before the span did.
+    /// Whether it held; false where the run ended early, true where it was
+    /// never to reach the span.
     pub passed: bool,
     /// The value nearest to a bound or furthest beyond it.
     pub worst: Option<f64>,
@@ -61,7 +62,9 @@ enum Signal {
 
 impl Expectation {
     /// Reads an `[[expect]]` table of a scenario that runs for `duration_s`.
-    pub fn read(section: &Section<'_>, duration_s: f64) -> Self {
+    /// One that reaches beyond the end is a mistake, unless the run was
+    /// `shortened` by somebody else than who wrote it.
+    pub fn read(section: &Section<'_>, duration_s: f64, shortened: bool) -> Self {
         let expectation = Self {
             signal: read_signal(section),
             from_s: section.number_or("from_s", 0.0, Bound::NotNegative),
@@ -69,21 +72,34 @@ impl Expectation {
             min: section.number_or_none("min", Bound::Finite),
             max: section.number_or_none("max", Bound::Finite),
         };
-        let Self { from_s, until_s, min, max, .. } = expectation;
+        let Self { min, max, .. } = expectation;
         if !section.has("min") && !section.has("max") {
             section.complain("signal", "found no bound on it, expected `max` or `min`");
         }
         if min > max && max.is_some() {
             section.complain("min", "found a `min` above `max`, expected it below");
         }
+        if shortened {
+            return Self { until_s: expectation.until_s.min(duration_s), ..expectation };
+        }
+        expectation.check_span(section, duration_s);
+        expectation
+    }
+
+    fn check_span(&self, section: &Section<'_>, duration_s: f64) {
+        let Self { from_s, until_s, .. } = *self;
         if until_s > duration_s {
             section.complain("until_s", &format!("found {until_s}, expected no more than `duration_s`, {duration_s}"));
         } else if from_s >= until_s {
             let label = format!("found {from_s}, expected a time before {until_s}");
             let problem = section.problem("from_s", "this span has no beginning within the run", &label);
-            section.report(problem.help("a run cut short can go without: --set 'expect=[]'"));
+            section.report(problem);
         }
-        expectation
+    }
+
+    /// Whether the run is to end before the span begins.
+    fn is_out_of_reach(&self) -> bool {
+        self.from_s >= self.until_s
     }
 
     /// Starts watching a run with period `period_s`.
@@ -113,7 +129,8 @@ impl Watch {
             until_s,
             min,
             max,
-            passed: seen_to_the_end && self.worst.is_some_and(|worst| worst.margin >= 0.0),
+            passed: self.expectation.is_out_of_reach()
+                || seen_to_the_end && self.worst.is_some_and(|worst| worst.margin >= 0.0),
             worst: self.worst.map(|worst| worst.value),
             worst_at_s: self.worst.map(|worst| worst.at_s),
         }
@@ -149,6 +166,7 @@ impl std::fmt::Display for Verdict {
         match (self.passed, self.worst, self.worst_at_s) {
             (true, Some(worst), Some(at)) => write!(out, "held, worst {worst:.6} at {at:.3} s"),
             (false, Some(worst), Some(at)) => write!(out, "FAILED, worst {worst:.6} at {at:.3} s"),
+            (true, ..) => write!(out, "not reached, the run was made shorter"),
             _ => write!(out, "FAILED, the run ended before"),
         }
     }

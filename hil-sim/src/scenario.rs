@@ -108,7 +108,7 @@ impl Scenario {
             stack: StackConfig::read(root, &truth),
             robot: truth,
             link: read_link(&root.section("bus")),
-            expectations: root.sections("expect").iter().map(|one| Expectation::read(one, duration_s)).collect(),
+            expectations: read_expectations(root, duration_s),
             text: String::new(),
             overrides: Vec::new(),
         };
@@ -132,6 +132,12 @@ fn read_name(root: &Section<'_>) -> String {
         root.complain("name", &format!("found {bad:?}, expected letters, digits, `-`, `_` and `.`"));
     }
     name.unwrap_or_default()
+}
+
+fn read_expectations(root: &Section<'_>, duration_s: f64) -> Vec<Expectation> {
+    let sections = root.sections("expect");
+    let read = |one: &Section<'_>| Expectation::read(one, duration_s, one.is_overlaid_by(root, "duration_s"));
+    sections.iter().map(read).collect()
 }
 
 fn read_link(bus: &Section<'_>) -> Link {

@@ -138,6 +138,10 @@ fn check_header(source: &Arc<Source>, line: Range<usize>) -> Result<(), Problem>
     Ok(())
 }
 
+/// Beyond any motor's torque, N m, and any run's time, s: with more the plant's
+/// steps would be so short that it never came to an end.
+const LARGEST: f64 = 1e6;
+
 fn parse_row(source: &Arc<Source>, line: Range<usize>) -> Result<TorqueRow, Problem> {
     let end = line.end;
     if source.text[line.clone()].trim().is_empty() {
@@ -165,7 +169,11 @@ fn parse_row(source: &Arc<Source>, line: Range<usize>) -> Result<TorqueRow, Prob
 fn parse_number(source: &Arc<Source>, span: Range<usize>, column: &str) -> Result<f64, Problem> {
     let text = &source.text[span.clone()];
     let title = match text.parse::<f64>() {
-        Ok(number) if number.is_finite() => return Ok(number),
+        Ok(number) if number.abs() <= LARGEST => return Ok(number),
+        Ok(number) if number.is_finite() => {
+            let label = format!("found `{text}`, expected a number from -{LARGEST} to {LARGEST} for `{column}`");
+            return Err(problem(source, span, "a number out of range", label));
+        }
         Ok(_) => "not a finite number",
         Err(_) if text.is_empty() => "a field is empty",
         Err(_) => "not a number",

@@ -159,6 +159,28 @@ fn friction_can_be_set_for_one_wheel() {
 }
 
 #[test]
+fn a_run_made_shorter_says_what_it_never_reached() {
+    let rig = Rig::new();
+    let run = rig.run("dac-friction", &["duration_s=2.0"]).expect_status(0);
+    assert!(run.stdout.contains("from 30 s to 2 s: not reached"), "{}", run.stdout);
+    let verdict = &rig.summary("runs")["expectations"][0];
+    assert_eq!((&verdict["passed"], &verdict["worst"]), (&Value::Bool(true), &Value::Null));
+    rig.write("short.toml", "base = \"dac-friction\"\nname = \"short\"\nduration_s = 2.0\n");
+    rig.run("short.toml", &[]).expect_status(0);
+}
+
+#[test]
+fn a_profile_lies_beside_the_file_that_names_it() {
+    let rig = Rig::new();
+    rig.write("robot/drive.toml", include_str!("../../dbc/wheel_drive.toml"));
+    rig.write("robot/wheel_drive.dbc", include_str!("../../dbc/wheel_drive.dbc"));
+    let text = "base = \"dac-friction\"\nname = \"own\"\nduration_s = 0.5\n[drive]\nprofile = \"drive.toml\"\n";
+    rig.write("robot/own.toml", text);
+    rig.run("robot/own.toml", &[]).expect_status(0);
+    rig.run("dac-friction", &["duration_s=0.5", r#"drive.profile="robot/drive.toml""#]).expect_status(0);
+}
+
+#[test]
 fn the_summary_has_every_figure_with_its_type() {
     let rig = Rig::new();
     rig.hil_sim(&["run", "dac-friction", "--set", "duration_s=31.0"]).expect_status(0);

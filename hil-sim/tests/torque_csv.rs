@@ -99,6 +99,23 @@ fn numbers_that_are_not_finite_are_refused() {
 }
 
 #[test]
+fn numbers_beyond_every_motor_and_every_run_are_refused() {
+    let title = "a number out of range";
+    refused_row(
+        "0,1e7,2",
+        "2:3",
+        title,
+        "found `1e7`, expected a number from -1000000 to 1000000 for `torque_right_nm`",
+    );
+    refused_row(
+        "0,1,2\n1e300,1,2",
+        "3:1",
+        title,
+        "found `1e300`, expected a number from -1000000 to 1000000 for `t_s`",
+    );
+}
+
+#[test]
 fn time_that_does_not_increase_is_refused() {
     let title = "time does not increase";
     refused_row("0,1,2\n0.5,1,2\n0.5,1,2", "4:1", title, "found 0.5 after 0.5, expected a later time");

@@ -16,6 +16,8 @@ use super::problem::{Problem, Source};
 pub struct Document {
     pub(super) source: Arc<Source>,
     pub(super) root: Node,
+    /// All texts that went into it, the ones laid over others last.
+    pub(super) layers: Vec<Arc<Source>>,
 }
 
 /// A value and where it stands.
@@ -54,7 +56,7 @@ impl Document {
     pub fn parse(name: impl Into<String>, text: impl Into<String>) -> Result<Self, Problem> {
         let source = Source::new(name, text);
         let root = parse(&source)?;
-        Ok(Self { source, root })
+        Ok(Self { layers: vec![Arc::clone(&source)], source, root })
     }
 
     /// Reads and parses a file.
@@ -65,6 +67,7 @@ impl Document {
     /// Lays `KEY=VALUE` over the document: KEY a dotted path, VALUE as TOML.
     pub fn set(&mut self, assignment: &str) -> Result<(), Problem> {
         let source = Source::new("--set", assignment);
+        self.layers.push(Arc::clone(&source));
         let whole = 0..assignment.len();
         let Some((key, _)) = assignment.split_once('=') else {
             return Err(Problem::at(&source, whole, "an override without a value", "expected KEY=VALUE"));
@@ -90,6 +93,7 @@ impl Document {
     /// by key, except that one which says its own `kind` or `law` stands alone:
     /// the base's other keys are another kind's.
     pub fn lay_over(&mut self, base: Self) {
+        self.layers.splice(0..0, base.layers);
         self.root.lay_over(base.root);
     }
 

@@ -2,6 +2,8 @@
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::document::{Document, Entry, Node, Place, Value, brief};
 use super::problem::{Problem, Problems};
@@ -283,6 +285,25 @@ impl<'r> Section<'r> {
     pub fn pass_over(&self, key: &str) {
         self.get(key);
         self.reader.passed_over.borrow_mut().insert(join(&self.path, key));
+    }
+
+    /// The path that `key` holds: as it is, or from the folder of the file in
+    /// which it stands; an override's counts from the working directory.
+    pub fn path_of(&self, key: &str, path: &str) -> PathBuf {
+        let entry = self.table.and_then(|table| table.get(key));
+        let file = entry.map(|entry| Path::new(entry.node.place.source.name.as_str()));
+        let folder = file.and_then(Path::parent).filter(|_| Path::new(path).is_relative());
+        folder.map_or_else(|| PathBuf::from(path), |folder| folder.join(path))
+    }
+
+    /// Whether `key` of `other` was laid over the text in which this section
+    /// stands, by an override or a file based on it.
+    pub fn is_overlaid_by(&self, other: &Self, key: &str) -> bool {
+        let layer = |place: &Place| {
+            self.reader.document.layers.iter().position(|layer| Arc::ptr_eq(layer, &place.source)).unwrap_or(0)
+        };
+        let entry = other.table.and_then(|table| table.get(key));
+        entry.is_some_and(|entry| layer(&entry.node.place) > layer(&self.place))
     }
 
     /// Names of the keys that are given, without asking for any.

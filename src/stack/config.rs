@@ -99,6 +99,8 @@ fn read_profile(section: &Section<'_>) -> Profile {
     if name.is_empty() {
         return stand_in();
     }
+    let path = section.path_of("profile", &name);
+    let name = if name.ends_with(".toml") { path.display().to_string() } else { name };
     Profile::load(&name).unwrap_or_else(|problems| {
         problems.0.into_iter().for_each(|problem| section.report(located(section, problem)));
         stand_in()
