@@ -2,11 +2,15 @@
 
 mod tcp_bus;
 
+use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 use canloop::bus::Bus;
 use canloop::frame::Frame;
+use canloop::run::Clock;
+use canloop::time::Duration;
 use tcp_bus::{RunningHub, classic_frames, next_frame, numbered};
 
 /// What the script sends when it has heard all.
@@ -59,12 +63,45 @@ fn it_can_join_while_frames_fly() {
             ours.send(&numbered(1, number)).expect("there is room");
             number += 1;
         }
-        ours.receive(canloop::run::Clock::new().now() + canloop::time::Duration::from_millis(1))
-            .expect("the bus works");
+        ours.receive(Clock::new().now() + Duration::from_millis(1)).expect("the bus works");
         if let Some(status) = python.try_wait().expect("the script runs") {
             break status;
         }
     };
     assert!(status.success(), "python-can did not get in");
     hub.stop();
+}
+
+/// python-can refuses an answer that has a frame right behind it.
+#[test]
+fn the_last_answer_comes_alone() {
+    let hub = RunningHub::start();
+    let mut ours = hub.join();
+    let clock = Clock::new();
+    let answers_in_time = (0..20).filter_map(|number| {
+        let mut client = TcpStream::connect(hub.address).expect("the hub listens");
+        assert_eq!(read(&mut client), "< hi >");
+        client.write_all(b"< open can0 >").expect("the hub reads");
+        assert_eq!(read(&mut client), "< ok >");
+        let start = clock.now();
+        client.write_all(b"< rawmode >").expect("the hub reads");
+        let end = start + Duration::from_millis(20);
+        while clock.now() < end {
+            ours.send(&numbered(1, number)).expect("there is room");
+            assert!(matches!(ours.receive(clock.now() + Duration::from_millis(1)), Ok(None)));
+        }
+        let answer = read(&mut client);
+        // On a busy machine our own reading may come too late to tell.
+        (clock.now() - start < Duration::from_millis(80)).then(|| (answer, read(&mut client)))
+    });
+    let (answer, next) = answers_in_time.take(1).next().expect("one of the answers is read in time");
+    assert_eq!(answer, "< ok >");
+    assert!(next.starts_with("< frame 001 "), "what was kept back comes: {next}");
+    hub.stop();
+}
+
+fn read(stream: &mut TcpStream) -> String {
+    let mut bytes = [0; 256];
+    let count = stream.read(&mut bytes).expect("the hub speaks");
+    String::from_utf8_lossy(&bytes[..count]).into_owned()
 }
