@@ -17,8 +17,10 @@ pub(super) struct Incoming {
     start: usize,
     /// Where it ends.
     end: usize,
-    /// Pieces of text that belonged to no message.
+    /// How often there was text between messages that belonged to none.
     junk: u64,
+    /// Whether there has been such text since the last message.
+    in_junk: bool,
 }
 
 /// What waits to be sent, up to a limit.
@@ -29,7 +31,7 @@ pub(super) struct Outgoing {
 
 impl Incoming {
     pub fn new() -> Self {
-        Self { bytes: vec![0; READ_BYTES].into(), start: 0, end: 0, junk: 0 }
+        Self { bytes: vec![0; READ_BYTES].into(), start: 0, end: 0, junk: 0, in_junk: false }
     }
 
     /// Reads once. `Ok(0)` means the end of the stream. To be called when
@@ -56,6 +58,7 @@ impl Incoming {
             self.start = to + 1;
             self.note_junk(from, open.map_or(to + 1, |open| from + open));
             if let Some(open) = open {
+                self.in_junk = false;
                 return Some(&self.bytes[from + open + 1..to]);
             }
         }
@@ -66,7 +69,7 @@ impl Incoming {
         &self.bytes[self.start..self.end]
     }
 
-    /// How many pieces of text belonged to no message.
+    /// How often there was text between messages that belonged to none.
     pub fn junk(&self) -> u64 {
         self.junk
     }
@@ -83,7 +86,9 @@ impl Incoming {
 
     fn note_junk(&mut self, from: usize, to: usize) {
         if !self.bytes[from..to].trim_ascii().is_empty() {
-            self.junk += 1;
+            // However many pieces it comes in.
+            self.junk += u64::from(!self.in_junk);
+            self.in_junk = true;
         }
     }
 }
@@ -158,9 +163,11 @@ mod tests {
 
     #[test]
     fn text_between_messages_is_skipped_and_counted() {
-        let (found, junk) = messages(b"HTTP/1.1 400 Bad > < fra< ok >junk< hi >", 1000);
-        assert_eq!(found, [b" ok ", b" hi "]);
-        assert_eq!(junk, 3);
+        for size in [1, 2, 5, 1000] {
+            let (found, junk) = messages(b"HTTP/1.1 400 Bad > < fra< ok > < hi >junk< hi >", size);
+            assert_eq!(found, [b" ok ", b" hi ", b" hi "], "pieces of {size}");
+            assert_eq!(junk, 2, "pieces of {size}");
+        }
     }
 
     #[test]

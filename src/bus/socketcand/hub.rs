@@ -101,31 +101,32 @@ impl Hub {
     /// One round: waits until a client wants something, until `deadline` at
     /// the latest, and does it.
     fn serve(&mut self, deadline: Instant) -> io::Result<()> {
-        let now = self.clock.now();
-        let due = self.members.iter().filter_map(|member| member.held_until(now)).min();
-        let (newcomer, ready) = {
-            // On the stack: one more than there can be members, for the listener.
-            let mut sockets: [PollFd<'_>; MOST_MEMBERS + 1] = array::from_fn(|index| match self.members.get(index) {
-                Some(member) => member.poll_fd(now),
-                None => PollFd::new(&self.listener, PollFlags::IN),
-            });
-            let sockets = &mut sockets[..=self.members.len()];
-            let until = due.map_or(deadline, |due| due.min(deadline));
-            wait(sockets, &self.clock, until)?;
-            let readable = |socket: &PollFd<'_>| !(socket.revents() - PollFlags::OUT).is_empty();
-            let ready: [bool; MOST_MEMBERS + 1] = array::from_fn(|index| sockets.get(index).is_some_and(readable));
-            (ready[self.members.len()], ready)
-        };
-        for index in 0..self.members.len() {
-            if ready[index] {
-                self.hear(index);
-            }
+        let count = self.members.len();
+        let ready = self.wait(deadline)?;
+        for (index, _) in ready[..count].iter().enumerate().filter(|(_, ready)| **ready) {
+            self.hear(index);
         }
-        if newcomer {
+        if ready[count] {
             self.welcome();
         }
         self.flush();
         Ok(())
+    }
+
+    /// Waits until there is something to do, and tells which members have
+    /// something to read; after the last of them, whether somebody connects.
+    fn wait(&self, deadline: Instant) -> io::Result<[bool; MOST_MEMBERS + 1]> {
+        let now = self.clock.now();
+        // On the stack; the places past the listener's are not used.
+        let mut sockets: [PollFd<'_>; MOST_MEMBERS + 1] = array::from_fn(|index| match self.members.get(index) {
+            Some(member) => member.poll_fd(now),
+            None => PollFd::new(&self.listener, PollFlags::IN),
+        });
+        let sockets = &mut sockets[..=self.members.len()];
+        let due = self.members.iter().filter_map(|member| member.held_until(now)).min();
+        wait(sockets, &self.clock, due.map_or(deadline, |due| due.min(deadline)))?;
+        let readable = |socket: &PollFd<'_>| !(socket.revents() - PollFlags::OUT).is_empty();
+        Ok(array::from_fn(|index| sockets.get(index).is_some_and(readable)))
     }
 
     /// Reads a client and passes its frames on.
@@ -195,6 +196,12 @@ impl Bus for Hub {
             self.serve(deadline).map_err(|error| BusError::Gone(format!("the hub at {}", self.address), error))?;
             looked = true;
         }
+    }
+}
+
+impl Drop for Hub {
+    fn drop(&mut self) {
+        self.members.iter_mut().for_each(Member::flush_last);
     }
 }
 

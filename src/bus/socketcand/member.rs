@@ -159,6 +159,12 @@ impl Member {
         }
     }
 
+    /// Writes what goes without waiting, kept back or not: the hub ends.
+    pub fn flush_last(&mut self) {
+        // Who does not take it now never will.
+        let _ = self.outgoing.flush_to(&mut &self.stream);
+    }
+
     /// Tells it why it cannot stay.
     pub fn refuse(&mut self, why: &[u8]) {
         self.say(why);
