@@ -18,6 +18,8 @@ pub enum Event {
     Tick(Tick),
     /// What the plant really did; only a simulation knows.
     Truth(Truth),
+    /// How punctual a real-time loop was in a period.
+    Timing(Timing),
     /// The stack changed its state, or refused something, and why.
     Notice(Notice),
 }
@@ -98,6 +100,22 @@ pub struct Truth {
     pub torque_nm: Wheels<f64>,
 }
 
+/// How punctual a real-time loop was in a period; all in seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Timing {
+    /// Periods since the stack was made.
+    pub tick: u64,
+    /// How late the loop woke up to send SYNC.
+    pub lateness_s: f64,
+    /// From that SYNC to the one before.
+    pub period_s: f64,
+    /// From handing the SYNC before to the bus to the last feedback that
+    /// answered it; NaN if none did.
+    pub round_trip_s: f64,
+    /// What the stack took to make torques of that feedback; NaN if none came.
+    pub compute_s: f64,
+}
+
 /// A thing worth telling a person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Notice {
@@ -168,6 +186,16 @@ impl Tick {
             self.torque_sent_nm.right,
             self.torque_sent_nm.left,
         ]
+    }
+}
+
+impl Timing {
+    /// Names of [`Self::values`], unit last.
+    pub const NAMES: [&'static str; 5] = ["tick", "lateness_s", "period_s", "round_trip_s", "compute_s"];
+
+    /// Every field as a number, in the order of [`Self::NAMES`].
+    pub fn values(&self) -> [f64; 5] {
+        [self.tick as f64, self.lateness_s, self.period_s, self.round_trip_s, self.compute_s]
     }
 }
 

@@ -51,6 +51,8 @@ pub struct Limits {
     pub feedback_timeout_periods: u32,
     /// Wheel angle error after which the stack trips, rad.
     pub following_error_rad: f64,
+    /// Periods by which the loop may wake up late before the stack trips.
+    pub overrun_periods: u32,
 }
 
 /// Holds the state and lets torque through, or not.
@@ -121,6 +123,7 @@ impl Limits {
                 .min(drive_torque_limit_nm),
             torque_rate_nm_per_s: section.number_or("torque_rate_nm_per_s", f64::INFINITY, Bound::Positive),
             feedback_timeout_periods: section.integer_or("feedback_timeout_periods", 2, 1, 1000) as u32,
+            overrun_periods: section.integer_or("overrun_periods", 1, 1, 1000) as u32,
             following_error_rad: section.number_or("following_error_rad", f64::INFINITY, Bound::Positive),
         }
     }
@@ -187,6 +190,7 @@ mod tests {
             torque_rate_nm_per_s: 1000.0,
             feedback_timeout_periods: 2,
             following_error_rad: f64::INFINITY,
+            overrun_periods: 1,
         };
         let mut gate = Gate::new(limits, 0.005);
         gate.enter(State::Running);

@@ -36,6 +36,8 @@ pub struct Stack {
     drives: Wheels<DriveView>,
     /// Periods begun.
     ticks: u64,
+    /// Those of them whose feedback was complete.
+    ticks_answered: u64,
     next_sync: Instant,
     /// Whether the law has yet to answer the period that has begun.
     awaiting_feedback: bool,
@@ -87,6 +89,7 @@ impl Stack {
             gate: Gate::new(config.safety, config.period.as_secs_f64()),
             drives: Wheels::default(),
             ticks: 0,
+            ticks_answered: 0,
             next_sync: start,
             awaiting_feedback: false,
             periods_since_feedback: 0,
@@ -117,15 +120,18 @@ impl Stack {
         }
     }
 
-    /// Takes note that `at` has come. Waking up more than a period late trips
-    /// a stack in motion; the periods that were missed are not made up for.
+    /// Takes note that `at` has come. Waking up later than the limit of overrun
+    /// allows trips a stack in motion; periods that were missed are not made
+    /// up for.
     pub fn handle_wakeup(&mut self, at: Instant) {
         if at < self.next_sync {
             return;
         }
         if at > self.next_sync + self.period {
+            if at > self.next_sync + self.period * i64::from(self.gate.limits().overrun_periods) {
+                self.trip(Reason::LoopOverrun);
+            }
             self.next_sync = at;
-            self.trip(Reason::LoopOverrun);
         }
         if self.awaiting_feedback {
             self.go_without_feedback();
@@ -186,6 +192,11 @@ impl Stack {
         self.next_sync
     }
 
+    /// Periods whose feedback was complete and has been answered.
+    pub const fn ticks_answered(&self) -> u64 {
+        self.ticks_answered
+    }
+
     /// What it is doing.
     pub const fn state(&self) -> State {
         self.gate.state()
@@ -229,6 +240,7 @@ impl Stack {
     /// Both drives have answered: the law runs, the torques leave.
     fn answer(&mut self, feedback: Wheels<Feedback>) {
         self.awaiting_feedback = false;
+        self.ticks_answered += 1;
         let span = self.period * (1 + i64::from(self.periods_since_feedback));
         let positions = feedback.map(|feedback| feedback.position_counts);
         let applied = feedback.map(|feedback| feedback.torque_applied_nm);

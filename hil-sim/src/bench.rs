@@ -36,7 +36,9 @@ pub enum End {
     Diverged,
     /// The bus was so slow that no SYNC came through any more.
     Blocked,
-    /// Somebody wanted it to.
+    /// The controller on the bus was silent for too long.
+    Silent,
+    /// Somebody wanted it to, or the bus was lost.
     Interrupted,
 }
 

@@ -82,6 +82,16 @@ impl Drive {
         Feedback { position_counts: self.spec.encoder.counts(angle_rad), torque_applied_nm, state: self.state, counter }
     }
 
+    /// A period of `period_s` in which no SYNC came: what is in force stays in
+    /// force, until the watchdog has had enough.
+    pub fn go_without_sync(&mut self, period_s: f64) {
+        self.torque = self.torque.elapse(period_s).1;
+        self.watch_commands();
+        if self.state != DriveState::Enabled {
+            self.torque = Torque::constant(0.0);
+        }
+    }
+
     /// A sign of life.
     pub fn heartbeat(&self) -> Heartbeat {
         Heartbeat { state: self.state, fault: self.fault }

@@ -66,7 +66,7 @@ impl FarSide {
         Self {
             sync_id: profile.sync_id(),
             feedback_ids: Wheels::from_fn(|wheel| profile.feedback_id(wheel)),
-            robot: VirtualRobot::new(profile, scenario.plant(), scenario.drive_spec(), scenario.period_s(), start),
+            robot: VirtualRobot::new(profile, scenario.plant(), scenario.drive_spec(), start),
             wire: Wire::new(bitrate_bit_s),
             period: scenario.stack.period,
             now: start,
@@ -132,7 +132,7 @@ impl FarSide {
         self.happenings.push_back((at, Happening::Frame(BusFrame { bus: 0, sent_by_stack, frame })));
         if !sent_by_stack {
             self.unanswered -= u32::from(self.is_feedback(&frame));
-        } else if self.robot.handle_frame(&frame) {
+        } else if self.robot.handle_frame(&frame, self.period.as_secs_f64()) {
             let synced = Synced {
                 tick: self.robot.ticks() - 1,
                 state: *self.robot.state(),

@@ -6,13 +6,13 @@ use std::ops::ControlFlow;
 use canloop::bus::{Arrival, Bus, BusError};
 use canloop::event::{Event, Sink};
 use canloop::frame::Frame;
-use canloop::path::Path;
 use canloop::run::Clock;
 use canloop::schema::{StepEnd, StepEndCodec};
 use canloop::time::{Duration, Instant};
 
 use crate::bench::{End, Outcome, is_lost, truth};
 use crate::far_side::{FarSide, Happening, Synced};
+use crate::route::Route;
 use crate::scenario::Scenario;
 
 /// Drives, plant and wire, impersonated on a bus.
@@ -22,10 +22,7 @@ pub struct Server<'r, S> {
     sink: &'r mut S,
     clock: Clock,
     step_end: StepEndCodec,
-    path: Path,
-    period_s: f64,
-    /// The SYNC at which both drives were enabled: there the path begins.
-    enabled_at: Option<u64>,
+    route: Route,
     ticks: u64,
 }
 
@@ -40,6 +37,17 @@ pub enum ServeEnd {
     Lost(BusError),
 }
 
+impl ServeEnd {
+    /// What it means for the run's figures.
+    pub(crate) const fn of_the_run(&self) -> End {
+        match self {
+            Self::Run(end) => *end,
+            Self::Silent => End::Silent,
+            Self::Lost(_) => End::Interrupted,
+        }
+    }
+}
+
 /// How often to look whether somebody wants to stop.
 const LOOK_UP: Duration = Duration::from_millis(100);
 
@@ -52,9 +60,7 @@ impl<'r, S: Sink> Server<'r, S> {
             sink,
             clock,
             step_end: StepEndCodec::builtin(),
-            path: scenario.stack.controller.path.clone(),
-            period_s: scenario.period_s(),
-            enabled_at: None,
+            route: Route::new(scenario),
             ticks: scenario.ticks(),
         }
     }
@@ -88,7 +94,7 @@ impl<'r, S: Sink> Server<'r, S> {
             }
         };
         let outcome = Outcome {
-            end: if let ServeEnd::Run(end) = end { end } else { End::Interrupted },
+            end: end.of_the_run(),
             ticks: tick,
             wire: *self.far_side.wire_stats(),
             state: None,
@@ -120,11 +126,7 @@ impl<'r, S: Sink> Server<'r, S> {
     }
 
     fn tell(&mut self, at: Instant, synced: &Synced) -> Option<End> {
-        if synced.enabled {
-            self.enabled_at.get_or_insert(synced.tick);
-        }
-        let into_path = self.enabled_at.map_or(0, |first| synced.tick - first);
-        let reference = self.path.at(into_path as f64 * self.period_s).pose;
+        let reference = self.route.at(synced.tick, synced.enabled);
         let truth = truth(synced.tick, &synced.state, &reference, synced.torque_nm);
         self.sink.event(at, &Event::Truth(truth));
         if is_lost(&truth) {

@@ -21,7 +21,7 @@ pub struct Summary {
     pub version: &'static str,
     /// Whether all expectations held.
     pub passed: bool,
-    /// `finished`, `diverged`, `blocked` or `interrupted`.
+    /// `finished`, `diverged`, `blocked`, `silent` or `interrupted`.
     pub end: &'static str,
     /// Simulated time, s.
     pub simulated_s: f64,
@@ -147,12 +147,13 @@ impl Gauge {
             seed: scenario.seed,
             overrides: scenario.overrides.clone(),
             version: env!("CARGO_PKG_VERSION"),
-            passed: !matches!(outcome.end, End::Interrupted | End::Blocked)
+            passed: !matches!(outcome.end, End::Interrupted | End::Silent | End::Blocked)
                 && expectations.iter().all(|verdict| verdict.passed),
             end: match outcome.end {
                 End::Finished => "finished",
                 End::Diverged => "diverged",
                 End::Blocked => "blocked",
+                End::Silent => "silent",
                 End::Interrupted => "interrupted",
             },
             simulated_s,
@@ -220,7 +221,7 @@ impl Sink for Gauge {
             }
             Event::Truth(truth) => self.take_truth(truth),
             Event::Tick(tick) => self.take_tick(tick),
-            Event::Sync(_) | Event::Notice(_) => return,
+            Event::Sync(_) | Event::Timing(_) | Event::Notice(_) => return,
         }
         self.watches.iter_mut().for_each(|watch| watch.event(event));
     }

@@ -2,8 +2,8 @@
 //! behind them.
 //!
 //! Like the stack it has no hands and no watch: frames and moments in, frames
-//! out. The plant advances by T at each SYNC, so nothing depends on when
-//! exactly the frames between two of them crossed.
+//! out. The plant advances at each SYNC, by as much as it is told, so nothing
+//! depends on when exactly the frames between two of them crossed.
 
 use std::collections::VecDeque;
 
@@ -20,7 +20,6 @@ pub struct VirtualRobot {
     profile: Profile,
     plant: Plant,
     drives: Wheels<Drive>,
-    period_s: f64,
     /// SYNCs seen.
     ticks: u64,
     torque_applied_nm: Wheels<f64>,
@@ -30,14 +29,12 @@ pub struct VirtualRobot {
 }
 
 impl VirtualRobot {
-    /// Drives that are switched on at `start` in front of `plant`, for a
-    /// controller that sends SYNC every `period_s`.
-    pub fn new(profile: Profile, plant: Plant, spec: DriveSpec, period_s: f64, start: Instant) -> Self {
+    /// Drives that are switched on at `start` in front of `plant`.
+    pub fn new(profile: Profile, plant: Plant, spec: DriveSpec, start: Instant) -> Self {
         Self {
             profile,
             plant,
             drives: Wheels::both(Drive::new(spec)),
-            period_s,
             ticks: 0,
             torque_applied_nm: Wheels::default(),
             feedback_counters: Wheels::default(),
@@ -46,12 +43,13 @@ impl VirtualRobot {
         }
     }
 
-    /// Takes a frame from the bus; says whether it was a SYNC. What is no
-    /// drive's business, or corrupt, is ignored, as a drive would.
-    pub fn handle_frame(&mut self, frame: &Frame) -> bool {
+    /// Takes a frame from the bus; says whether it was a SYNC, which takes the
+    /// plant on by `span_s`. What is no drive's business, or corrupt, is
+    /// ignored, as a drive would.
+    pub fn handle_frame(&mut self, frame: &Frame, span_s: f64) -> bool {
         match self.profile.decode(frame) {
             Ok(Message::Sync { .. }) => {
-                self.sync();
+                self.sync(span_s);
                 true
             }
             Ok(Message::Command(wheel, command)) => {
@@ -59,6 +57,15 @@ impl VirtualRobot {
                 false
             }
             _ => false,
+        }
+    }
+
+    /// Takes the plant on by a period of `span_s` in which no SYNC came.
+    pub fn go_without_sync(&mut self, span_s: f64) {
+        self.plant.advance(span_s, self.drives.as_ref().map(Drive::torque));
+        for wheel in Wheel::BOTH {
+            self.drives[wheel].go_without_sync(span_s);
+            self.tell_fault(wheel);
         }
     }
 
@@ -104,9 +111,9 @@ impl VirtualRobot {
         self.torque_applied_nm
     }
 
-    fn sync(&mut self) {
+    fn sync(&mut self, span_s: f64) {
         // Nothing has moved before the first SYNC: it marks time zero.
-        let span_s = if self.ticks == 0 { 0.0 } else { self.period_s };
+        let span_s = if self.ticks == 0 { 0.0 } else { span_s };
         self.ticks += 1;
         if span_s > 0.0 {
             let torque = self.drives.as_ref().map(Drive::torque);
@@ -118,12 +125,15 @@ impl VirtualRobot {
             let counter = self.feedback_counters[wheel];
             let feedback = drive.sync(span_s, angle_rad[wheel], counter);
             self.feedback_counters[wheel] = self.profile.next_feedback_counter(wheel, counter);
-            let raised = drive.take_raised_fault();
             self.torque_applied_nm[wheel] = feedback.torque_applied_nm;
-            if let Some(fault) = raised {
-                self.send(wheel, Message::Fault(wheel, fault));
-            }
+            self.tell_fault(wheel);
             self.send(wheel, Message::Feedback(wheel, feedback));
+        }
+    }
+
+    fn tell_fault(&mut self, wheel: Wheel) {
+        if let Some(fault) = self.drives[wheel].take_raised_fault() {
+            self.send(wheel, Message::Fault(wheel, fault));
         }
     }
 

@@ -38,6 +38,8 @@ const ROLLING_PERIODS: u32 = 400;
 
 /// Long enough for drives to boot and enable and for the robot to move.
 const UNDER_WAY_PERIODS: u32 = 600;
+/// T of the shipped scenario, s.
+const PERIOD_S: f64 = 0.005;
 
 impl Rig {
     /// The shipped scenario, driven until the robot moves.
@@ -46,7 +48,7 @@ impl Rig {
         let scenario = Scenario::load("dac-friction", &overrides).expect("a good scenario");
         let (profile, start) = (scenario.stack.profile.clone(), Instant::ZERO);
         let spec = scenario.drive_spec();
-        let robot = VirtualRobot::new(profile.clone(), scenario.plant(), spec, scenario.period_s(), start);
+        let robot = VirtualRobot::new(profile.clone(), scenario.plant(), spec, start);
         let mut rig = Self {
             stack: Stack::new(&scenario.stack, start),
             robot,
@@ -88,7 +90,7 @@ impl Rig {
                     self.sent[wheel] = command;
                 }
                 if (self.tamper)(&self.profile, &mut frame) == Fate::Crosses {
-                    self.robot.handle_frame(&frame);
+                    self.robot.handle_frame(&frame, PERIOD_S);
                 }
             } else if let Some((_, mut frame)) = self.robot.poll_transmit() {
                 if (self.tamper)(&self.profile, &mut frame) == Fate::Crosses {
@@ -104,7 +106,7 @@ impl Rig {
     fn inject(&mut self, message: Message) {
         let frame = self.profile.encode(&message);
         self.stack.handle_frame(self.now, &frame);
-        self.robot.handle_frame(&frame);
+        self.robot.handle_frame(&frame, PERIOD_S);
         self.exchange();
     }
 
@@ -324,7 +326,7 @@ fn frames_that_mean_nothing_to_anybody_change_nothing() {
         let frame = Frame::classic(canloop::frame::CanId::Standard(number), &payload[..len]);
         if rig.profile.decode(&frame).is_err() {
             rig.stack.handle_frame(rig.now, &frame);
-            rig.robot.handle_frame(&frame);
+            rig.robot.handle_frame(&frame, PERIOD_S);
         }
         rig.exchange();
     }

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
 
 use super::{say, stop};
-use crate::bus::{self, OpenOptions};
+use crate::bus::{self, Bus, OpenOptions};
 use crate::config::{Problem, Problems};
 use crate::event::{Event, Sink};
 use crate::log::{LogContents, LogError, LoggedBus, McapLog, WhenFull};
-use crate::run::{Clock, End, LockStep};
+use crate::run::{self, Clock, End, LockStep, Priority, Punctuality, RealTime, tap};
 use crate::stack::{Operator, Stack, StackConfig};
 use crate::time::{Duration, Instant};
 
@@ -17,6 +18,7 @@ use crate::time::{Duration, Instant};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
+  canloop drive --bus can0 --config robot.toml --log run.mcap
   canloop drive --bus vcan0 --config robot.toml --pace lockstep
   canloop drive --bus tcp://127.0.0.1:29536/can0 --config robot.toml --pace lockstep --log run.mcap
 
@@ -34,8 +36,11 @@ pub struct Args {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
     /// What the stack's time goes by
-    #[arg(long, value_enum, default_value_t = Pace::Lockstep)]
+    #[arg(long, value_enum, default_value_t = Pace::Realtime)]
     pace: Pace,
+    /// In real time: how long to run, s; without it, until Ctrl-C
+    #[arg(long, value_name = "SECONDS")]
+    duration_s: Option<f64>,
     /// Log everything to this MCAP file
     #[arg(long, value_name = "FILE.mcap")]
     log: Option<PathBuf>,
@@ -46,20 +51,26 @@ pub struct Args {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Pace {
+    /// The clock: for real drives, and for `hil-sim serve --time wall`
+    Realtime,
     /// The far side's marker ends each period: for `hil-sim serve`
     Lockstep,
 }
 
-/// The stack's events, to a log if one is wanted.
-struct Events {
+/// Reads the stack's events: tells people what they should know, and logs and
+/// measures all.
+struct Reader {
     log: Option<McapLog>,
+    punctuality: Punctuality,
+    start: Instant,
 }
 
-impl Sink for Events {
+impl Sink for Reader {
     fn event(&mut self, at: Instant, event: &Event) {
         if let Event::Notice(notice) = event {
-            say(format_args!("{:>12.6} s  {}", at.as_secs_f64(), notice.text));
+            say(format_args!("{:>12.6} s  {}", (at - self.start).as_secs_f64(), notice.text));
         }
+        self.punctuality.event(at, event);
         if let Some(log) = &mut self.log {
             log.event(at, event);
         }
@@ -68,28 +79,74 @@ impl Sink for Events {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<ExitCode, Problems> {
-    let Pace::Lockstep = args.pace;
     let (config, text) = StackConfig::load(&args.config.display().to_string(), &args.overrides)?;
     let patience = patience(args.dead_man_s)?;
     let clock = Clock::new();
     let mut bus = bus::open(&args.bus, &OpenOptions::default(), clock)?;
     let log = args.log.as_deref().map(|path| open_log(path, &args.bus, &config, &text)).transpose()?;
-    let mut events = Events { log };
-    let mut stack = Stack::new(&config, Instant::ZERO);
+    let start = if args.pace == Pace::Lockstep { Instant::ZERO } else { clock.now() + config.period };
+    let mut reader = Reader { log, punctuality: Punctuality::new(config.period.as_secs_f64()), start };
+    let mut stack = Stack::new(&config, start);
     stack.operate(Operator::Enable);
     let stop = stop::listen();
-    let end = LockStep::new(stack, bus.as_mut(), &mut events, clock, patience).run(stop);
-    if let Some(log) = events.log {
+    let end = match args.pace {
+        Pace::Lockstep => LockStep::new(stack, bus.as_mut(), &mut reader, clock, patience).run(stop),
+        Pace::Realtime => {
+            let until = args.duration_s.map_or(Instant::MAX, |seconds| start + Duration::from_secs_f64(seconds));
+            let lost = realtime(stack, bus.as_mut(), &mut reader, clock, stop, until);
+            say(reader.punctuality.figures());
+            lost
+        }
+    };
+    if let Some(log) = reader.log {
         log.finish().map_err(cannot_log)?;
     }
     let (code, words) = match end {
-        End::Over => (0, "the other side ended the run".to_owned()),
+        End::Over => (0, "the run is over".to_owned()),
         End::Stopped => (0, "stopped; the drives were told to let go".to_owned()),
+        End::Tripped => (1, "tripped; the drives were told to let go".to_owned()),
         End::Silent => (1, format!("nothing came from the other side for {} s", args.dead_man_s)),
         End::Lost(error) => (1, error.to_string()),
     };
     say(words);
     Ok(ExitCode::from(code))
+}
+
+/// The loop on this thread, its reader on another.
+fn realtime(
+    stack: Stack,
+    bus: &mut dyn Bus,
+    reader: &mut Reader,
+    clock: Clock,
+    stop: &AtomicBool,
+    until: Instant,
+) -> End {
+    let (mut tap, mut drain) = tap();
+    std::thread::scope(|scope| {
+        // Before the priority is raised: the reader must not inherit it.
+        let reading = scope.spawn(move || {
+            while drain.drain_into(reader) {
+                pause();
+            }
+            if drain.lost() > 0 {
+                say(format_args!("{} events are not in the log: it was written slower than they came", drain.lost()));
+            }
+        });
+        let Priority { scheduling, memory } = run::raise();
+        for degraded in [scheduling, memory].into_iter().filter_map(Result::err) {
+            say(format_args!("degraded: {degraded}"));
+        }
+        let end = RealTime::new(stack, bus, &mut tap, clock).run(stop, until);
+        drop(tap);
+        // A reader that panicked has said so itself.
+        let _ = reading.join();
+        end
+    })
+}
+
+#[allow(clippy::disallowed_methods, reason = "the reader waits for the loop, by the wall clock")]
+fn pause() {
+    std::thread::sleep(std::time::Duration::from_millis(5));
 }
 
 fn patience(seconds: f64) -> Result<Duration, Problem> {

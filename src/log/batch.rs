@@ -4,7 +4,7 @@
 //! 8 bytes. A batch keeps order and classic frames in one list and the large
 //! payloads in lists of their own, so that the loop copies only what is there.
 
-use crate::event::{BusFrame, Event, Notice, Sink, Tick, Truth};
+use crate::event::{BusFrame, Event, Notice, Sink, Tick, Timing, Truth};
 use crate::frame::{CanId, Frame, FrameKind};
 use crate::time::{Duration, Instant};
 
@@ -23,6 +23,7 @@ pub(super) struct Batch {
     frames: Vec<BusFrame>,
     ticks: Vec<Tick>,
     truths: Vec<Truth>,
+    timings: Vec<Timing>,
     notices: Vec<Notice>,
 }
 
@@ -32,6 +33,7 @@ enum Item {
     Frame,
     Tick,
     Truth,
+    Timing,
     Notice,
 }
 
@@ -42,6 +44,7 @@ impl Batch {
             items: Vec::with_capacity(CAPACITY),
             ticks: Vec::with_capacity(CAPACITY / 4),
             truths: Vec::with_capacity(CAPACITY / 4),
+            timings: Vec::with_capacity(CAPACITY / 4),
             ..Self::default()
         }
     }
@@ -75,6 +78,10 @@ impl Batch {
                 self.truths.push(*truth);
                 Item::Truth
             }
+            Event::Timing(timing) => {
+                self.timings.push(*timing);
+                Item::Timing
+            }
             Event::Notice(notice) => {
                 self.notices.push(*notice);
                 Item::Notice
@@ -88,6 +95,7 @@ impl Batch {
         let mut frames = self.frames.drain(..);
         let mut ticks = self.ticks.drain(..);
         let mut truths = self.truths.drain(..);
+        let mut timings = self.timings.drain(..);
         let mut notices = self.notices.drain(..);
         for (at, item) in self.items.drain(..) {
             let event = match item {
@@ -99,6 +107,7 @@ impl Batch {
                 Item::Frame => frames.next().map(Event::Frame),
                 Item::Tick => ticks.next().map(Event::Tick),
                 Item::Truth => truths.next().map(Event::Truth),
+                Item::Timing => timings.next().map(Event::Timing),
                 Item::Notice => notices.next().map(Event::Notice),
             };
             sink.event(at, &event.expect("a list holds as many as were announced"));
@@ -147,6 +156,7 @@ mod tests {
             frame(remote),
             Event::Truth(Truth { tick: 2, ..Truth::default() }),
             frame(short_fd),
+            Event::Timing(Timing { tick: 3, lateness_s: 1e-5, ..Timing::default() }),
             Event::Notice(Notice { kind: "tripped", text: "The robot stopped." }),
             frame(Frame::zeroed(id, 64)),
             Event::Tick(Tick { tick: 2, ..Tick::default() }),

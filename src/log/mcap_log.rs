@@ -91,6 +91,7 @@ pub enum LogError {
 /// | `/can/<bus>/<Message>` | protobuf, `canloop.<bus>.<Message>` | its signals, if the DBC knows it |
 /// | `/canloop/stack` | protobuf, `canloop.Stack` | [`crate::event::Tick`] |
 /// | `/canloop/truth` | protobuf, `canloop.Truth` | [`crate::event::Truth`] |
+/// | `/canloop/loop` | protobuf, `canloop.Loop` | [`crate::event::Timing`] |
 /// | `/canloop/notices` | protobuf, `foxglove.Log` | [`crate::event::Notice`] |
 ///
 /// Log and publish time are the event's nanoseconds; an event before the

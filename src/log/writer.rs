@@ -17,7 +17,7 @@ use super::descriptor::{flat_message, foxglove_log};
 use super::file::LogFile;
 use super::protobuf::{Level, put_doubles, put_log};
 use super::{LogContents, LogError};
-use crate::event::{Event, Notice, Sink, Tick, Truth};
+use crate::event::{Event, Notice, Sink, Tick, Timing, Truth};
 use crate::time::Instant;
 
 /// A chunk is written when it holds this much before compression: small enough
@@ -34,6 +34,7 @@ pub(super) struct Writer {
     buses: Vec<BusLog>,
     stack: u16,
     truth: u16,
+    timing: u16,
     notices: u16,
     /// The latest event's time.
     now: Instant,
@@ -58,6 +59,7 @@ impl Writer {
         let buses = buses?;
         let stack = doubles_channel(&mut channels, "/canloop/stack", "Stack", &Tick::NAMES)?;
         let truth = doubles_channel(&mut channels, "/canloop/truth", "Truth", &Truth::NAMES)?;
+        let timing = doubles_channel(&mut channels, "/canloop/loop", "Loop", &Timing::NAMES)?;
         let log = channels.schema("foxglove.Log", "protobuf", &foxglove_log())?;
         let notices = channels.channel(log, "/canloop/notices".to_owned(), "protobuf", BTreeMap::new())?;
 
@@ -70,7 +72,7 @@ impl Writer {
             ChunkQueue::start(file, channels.len(), failed)
         };
         let (queue, chunk) = start().map_err(|source| LogError::Create { path: path.to_owned(), source })?;
-        Ok(Self { queue, chunk, channels, buses, stack, truth, notices, now: Instant::ZERO, lost: 0 })
+        Ok(Self { queue, chunk, channels, buses, stack, truth, timing, notices, now: Instant::ZERO, lost: 0 })
     }
 
     /// Writes a batch and leaves it empty.
@@ -121,6 +123,9 @@ impl Sink for Writer {
             }
             Event::Truth(truth) => {
                 self.channels.message(&mut self.chunk, self.truth, at, |out| put_doubles(out, &truth.values()));
+            }
+            Event::Timing(timing) => {
+                self.channels.message(&mut self.chunk, self.timing, at, |out| put_doubles(out, &timing.values()));
             }
             Event::Notice(Notice { kind, text }) => self.notice(at, Level::Info, kind, text),
         }

@@ -31,8 +31,10 @@ pub struct LockStep<'r, S> {
 pub enum End {
     /// Somebody here wanted it to.
     Stopped,
-    /// The other side said that it was over.
+    /// Its time was up, or the other side said that it was over.
     Over,
+    /// The stack tripped, and has told the drives so.
+    Tripped,
     /// The other side was silent for too long.
     Silent,
     /// The bus is gone.

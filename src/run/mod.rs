@@ -3,6 +3,14 @@
 
 mod clock;
 mod lockstep;
+mod priority;
+mod punctuality;
+mod realtime;
+mod tap;
 
 pub use clock::Clock;
 pub use lockstep::{End, LockStep};
+pub use priority::{Priority, raise};
+pub use punctuality::{LoopFigures, Punctuality, Spread};
+pub use realtime::RealTime;
+pub use tap::{Drain, Tap, tap};

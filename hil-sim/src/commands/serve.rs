@@ -14,6 +14,7 @@ use super::{FAILED, Failure, HELD, INTERRUPTED, create_folder, interrupt, say};
 use crate::bench::End;
 use crate::scenario::{Link, Scenario};
 use crate::serve::{ServeEnd, Server};
+use crate::wall::WallServer;
 
 /// What `hil-sim serve` is given.
 #[derive(Debug, clap::Args)]
@@ -34,6 +35,9 @@ pub struct Args {
     /// can0, vcan0, tcp://HOST:PORT/NAME, or tcp-listen://HOST:PORT/NAME to host a bus
     #[arg(long)]
     bus: String,
+    /// What the plant's time goes by
+    #[arg(long, value_enum, default_value_t = Time::Sync)]
+    time: Time,
     /// Lay KEY=VALUE over the scenario: KEY a dotted path, VALUE as TOML
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
@@ -49,6 +53,14 @@ pub struct Args {
     /// Let other machines reach a bus that is hosted here
     #[arg(long)]
     allow_others: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Time {
+    /// Each SYNC is a period: lock-step
+    Sync,
+    /// The clock: real time
+    Wall,
 }
 
 /// Runs the command.
@@ -70,11 +82,15 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     interrupt::listen();
     say(format_args!("serving {} on {}", scenario.name, args.bus));
     let mut progress = Progress::new(scenario.name.clone(), scenario.ticks());
-    let server = Server::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock);
-    let (end, outcome) = server.run(Duration::from_secs_f64(args.dead_man_s), |tick| {
+    let patience = Duration::from_secs_f64(args.dead_man_s);
+    let watch = |tick| {
         progress.at(tick);
         interrupt::check()
-    });
+    };
+    let (end, outcome) = match args.time {
+        Time::Sync => Server::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock).run(patience, watch),
+        Time::Wall => WallServer::new(&scenario, bus.as_mut(), &mut recording, clock).run(patience, watch),
+    };
     progress.done();
     let summary = conclude(recording.finish(&outcome), &args.out, progress.elapsed_s())?;
     match end {

@@ -1,0 +1,169 @@
+//! Real time: the stack's time is the clock's.
+//!
+//! One thread waits for a frame or for the stack's next wake-up, whichever
+//! comes first. It takes no lock, no memory, and makes no text; what it has to
+//! tell goes to a [`Sink`] that keeps to the same rules.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::bus::{Arrival, Bus, BusError, ControllerState};
+use crate::event::{BusFrame, Event, Notice, Sink, Timing};
+use crate::frame::Frame;
+use crate::run::{Clock, End};
+use crate::safety::{Reason, State};
+use crate::stack::Stack;
+use crate::time::{Duration, Instant};
+
+/// Drives a stack by the clock.
+pub struct RealTime<'r, S> {
+    stack: Stack,
+    bus: &'r mut dyn Bus,
+    sink: &'r mut S,
+    clock: Clock,
+    /// A frame for which the transmit queue had no room.
+    waiting: Option<Frame>,
+    /// Periods in a row that began with frames still waiting.
+    blocked_periods: u32,
+    timing: Timing,
+    last_wakeup: Option<Instant>,
+}
+
+/// How often to look whether somebody wants to stop, when periods are long.
+const LOOK_UP: Duration = Duration::from_millis(20);
+/// How soon to try again when the transmit queue was full.
+const SOON: Duration = Duration::from_micros(100);
+/// A transmit queue that is full for so many periods is a bus that is lost:
+/// most likely nobody acknowledges.
+const BLOCKED_PERIODS: u32 = 2;
+/// For how long a stack that has tripped goes on telling the drives to let go.
+const FAREWELL: Duration = Duration::from_millis(200);
+
+impl<'r, S: Sink> RealTime<'r, S> {
+    /// A run of `stack` on `bus`.
+    pub fn new(stack: Stack, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock) -> Self {
+        Self {
+            stack,
+            bus,
+            sink,
+            clock,
+            waiting: None,
+            blocked_periods: 0,
+            timing: Timing::default(),
+            last_wakeup: None,
+        }
+    }
+
+    /// Runs until `until`, or until `stop` says so, or until the stack has
+    /// tripped. The last thing the drives hear is to let go, also when
+    /// something in here panics.
+    pub fn run(mut self, stop: &AtomicBool, until: Instant) -> End {
+        let looped = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.go_on(stop, until)));
+        self.waiting = None;
+        while self.stack.poll_transmit().is_some() {}
+        self.stack.farewell();
+        let now = self.clock.now();
+        // Whatever the state of the bus: there is nothing better left to try.
+        let _ = self.drain(now);
+        looped.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    }
+
+    fn go_on(&mut self, stop: &AtomicBool, until: Instant) -> End {
+        let mut tripped_at = None;
+        loop {
+            let now = self.clock.now();
+            if let Err(error) = self.drain(now) {
+                match error {
+                    BusError::Gone(..) => return End::Lost(error),
+                    BusError::Full | BusError::Down => self.stack.trip(Reason::BusLost),
+                }
+            }
+            if stop.load(Ordering::Relaxed) {
+                return End::Stopped;
+            }
+            if now >= until {
+                return End::Over;
+            }
+            if matches!(self.stack.state(), State::Tripped(_)) && now - *tripped_at.get_or_insert(now) >= FAREWELL {
+                return End::Tripped;
+            }
+            if let Err(error) = self.wait(now) {
+                return End::Lost(error);
+            }
+        }
+    }
+
+    /// Waits for what comes next, and lets the stack have it.
+    fn wait(&mut self, now: Instant) -> Result<(), BusError> {
+        let wakeup = self.stack.next_wakeup();
+        let pause = if self.waiting.is_some() { SOON } else { LOOK_UP };
+        match self.bus.receive(wakeup.min(now + pause))? {
+            Some((at, Arrival::Frame(frame))) => self.take(at, &frame),
+            Some((_, Arrival::Down | Arrival::State(ControllerState::BusOff))) => self.stack.trip(Reason::BusLost),
+            Some((at, Arrival::Lost(_))) => {
+                let text = "frames were lost on the way here, for want of room";
+                self.sink.event(at, &Event::Notice(Notice { kind: "frames-lost", text }));
+            }
+            Some((_, Arrival::State(_) | Arrival::Up)) | None => {}
+        }
+        let now = self.clock.now();
+        if now >= wakeup {
+            self.wake_up(now, wakeup);
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, at: Instant, frame: &Frame) {
+        self.sink.event(at, &Event::Frame(BusFrame { bus: 0, sent_by_stack: false, frame: *frame }));
+        let before = self.clock.now();
+        let ticks_answered = self.stack.ticks_answered();
+        self.stack.handle_frame(at, frame);
+        if self.stack.ticks_answered() != ticks_answered {
+            self.timing.compute_s = (self.clock.now() - before).as_secs_f64();
+            self.timing.round_trip_s = self.last_wakeup.map_or(f64::NAN, |sent| (at - sent).as_secs_f64());
+        }
+    }
+
+    fn wake_up(&mut self, now: Instant, due: Instant) {
+        self.timing.lateness_s = (now - due).as_secs_f64();
+        if let Some(last) = self.last_wakeup.replace(now) {
+            self.timing.period_s = (now - last).as_secs_f64();
+            self.sink.event(now, &Event::Timing(self.timing));
+            self.timing.tick += 1;
+        }
+        (self.timing.round_trip_s, self.timing.compute_s) = (f64::NAN, f64::NAN);
+        self.give_up_what_waits();
+        self.stack.handle_wakeup(now);
+    }
+
+    /// A command that could not leave in its period is worth nothing in the
+    /// next.
+    fn give_up_what_waits(&mut self) {
+        if self.waiting.take().is_none() {
+            self.blocked_periods = 0;
+            return;
+        }
+        while self.stack.poll_transmit().is_some() {}
+        self.blocked_periods += 1;
+        if self.blocked_periods >= BLOCKED_PERIODS {
+            self.stack.trip(Reason::BusLost);
+        }
+    }
+
+    /// Tells what happened and sends what the bus takes; the rest waits.
+    fn drain(&mut self, now: Instant) -> Result<(), BusError> {
+        while let Some(event) = self.stack.poll_event() {
+            self.sink.event(now, &event);
+        }
+        while let Some(frame) = self.waiting.take().or_else(|| self.stack.poll_transmit()) {
+            match self.bus.send(&frame) {
+                Ok(()) => self.sink.event(now, &Event::Frame(BusFrame { bus: 0, sent_by_stack: true, frame })),
+                Err(BusError::Full) => {
+                    self.waiting = Some(frame);
+                    break;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+}
