@@ -9,7 +9,7 @@ use canloop::run::Clock;
 use canloop::time::Duration;
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::rig::{drain, ip, next, numbered, open, open_with};
+use crate::rig::{PYTHON, drain, ip, next, numbered, open, open_with};
 
 struct Card {
     adapter: Child,
@@ -20,7 +20,7 @@ struct Card {
 impl Card {
     fn new() -> Self {
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/on_vcan/serial_adapter.py");
-        let mut adapter = Command::new("python3")
+        let mut adapter = Command::new(std::env::var(PYTHON).as_deref().unwrap_or("python3"))
             .arg(script)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
