@@ -8,6 +8,7 @@
 
 mod card;
 mod frames;
+mod link;
 mod losses;
 mod opening;
 mod outages;
