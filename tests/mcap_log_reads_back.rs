@@ -7,7 +7,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::Command;
 
-use canloop::event::{Event, Sink, Tick, Truth};
+use canloop::event::{Event, Sink, Tick, Timing, Truth};
 use canloop::frame::FrameKind;
 use canloop::log::{LogContents, LogReport, LoggedBus, McapLog, WhenFull};
 use canloop::time::Instant;
@@ -152,6 +152,7 @@ fn expectation(at: Instant, event: &Event) -> Option<Value> {
         Event::Sync(_) => return None,
         Event::Tick(tick) => ("/canloop/stack".to_owned(), json!(by_name(&Tick::NAMES, &tick.values()))),
         Event::Truth(truth) => ("/canloop/truth".to_owned(), json!(by_name(&Truth::NAMES, &truth.values()))),
+        Event::Timing(timing) => ("/canloop/loop".to_owned(), json!(by_name(&Timing::NAMES, &timing.values()))),
         Event::Notice(notice) => ("/canloop/notices".to_owned(), json!({"name": notice.kind, "message": notice.text})),
     };
     Some(json!({"topic": topic, "at": at.as_nanos(), "value": value}))

@@ -93,12 +93,7 @@ impl<'r, S: Sink> Server<'r, S> {
                 Err(error) => break ServeEnd::Lost(error),
             }
         };
-        let outcome = Outcome {
-            end: end.of_the_run(),
-            ticks: tick,
-            wire: *self.far_side.wire_stats(),
-            state: None,
-        };
+        let outcome = Outcome { end: end.of_the_run(), ticks: tick, wire: *self.far_side.wire_stats(), state: None };
         (end, outcome)
     }
 
