@@ -15,7 +15,7 @@ pub struct Clock {
 impl Clock {
     /// A clock that shows the right time now.
     pub fn new() -> Self {
-        Self { offset_nanos: nanos(clock_gettime(ClockId::Realtime)) - nanos(clock_gettime(ClockId::Monotonic)) }
+        Self { offset_nanos: realtime_ahead_nanos() }
     }
 
     /// The present moment.
@@ -27,8 +27,7 @@ impl Clock {
     /// kernel stamps frames) means, whatever has been done to that clock since
     /// the start.
     pub fn from_realtime_nanos(&self, stamp_nanos: i64) -> Instant {
-        let ago_nanos = nanos(clock_gettime(ClockId::Realtime)) - stamp_nanos;
-        Instant::from_nanos(self.now().as_nanos() - ago_nanos)
+        Instant::from_nanos(stamp_nanos - realtime_ahead_nanos() + self.offset_nanos)
     }
 
     /// The moment as the kernel wants it for an absolute wait on
@@ -43,6 +42,26 @@ impl Default for Clock {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// What the calendar clock is ahead of the monotonic clock: read between two
+/// readings of the other, again if the thread was held up in between.
+fn realtime_ahead_nanos() -> i64 {
+    const TRIES: u32 = 5;
+    const UNDISTURBED_NANOS: i64 = 2_000;
+    let mut best = (i64::MAX, 0);
+    for _ in 0..TRIES {
+        let before = nanos(clock_gettime(ClockId::Monotonic));
+        let realtime = nanos(clock_gettime(ClockId::Realtime));
+        let after = nanos(clock_gettime(ClockId::Monotonic));
+        if after - before < best.0 {
+            best = (after - before, realtime - before - (after - before) / 2);
+        }
+        if best.0 < UNDISTURBED_NANOS {
+            break;
+        }
+    }
+    best.1
 }
 
 fn nanos(time: Timespec) -> i64 {
