@@ -46,6 +46,12 @@ pub struct Stack {
     enable_wanted: bool,
     clear_fault_wanted: bool,
     sync_counter: u8,
+    /// Counter of the last SYNC sent.
+    sync_sent: u8,
+    /// When that was.
+    sync_at: Instant,
+    /// When the SYNC was whose feedback was answered last.
+    sampled_at: Option<Instant>,
     command_counters: Wheels<u8>,
     /// Wheel angles at which motion began, rad.
     origin_rad: Wheels<f64>,
@@ -73,8 +79,6 @@ struct DriveView {
     fresh: Option<Feedback>,
     /// The last state it reported.
     state: Option<DriveState>,
-    /// Counter of its last feedback.
-    counter: Option<u8>,
 }
 
 impl Stack {
@@ -96,6 +100,9 @@ impl Stack {
             enable_wanted: false,
             clear_fault_wanted: false,
             sync_counter: 0,
+            sync_sent: 0,
+            sync_at: start,
+            sampled_at: None,
             command_counters: Wheels::default(),
             origin_rad: Wheels::default(),
             measured: Measured::default(),
@@ -139,6 +146,8 @@ impl Stack {
             self.periods_since_feedback = 0;
         }
         self.next_sync += self.period;
+        self.sync_at = at;
+        self.sync_sent = self.sync_counter;
         self.send(&Message::Sync { counter: self.sync_counter });
         self.sync_counter = self.profile.next_sync_counter(self.sync_counter);
         self.drives = self.drives.map(|drive| DriveView { fresh: None, ..drive });
@@ -210,12 +219,11 @@ impl Stack {
     }
 
     fn take_feedback(&mut self, wheel: Wheel, feedback: Feedback) {
-        let last = self.drives[wheel].counter.replace(feedback.counter);
-        if last == Some(feedback.counter) {
-            return self.notice("feedback-repeated", "feedback with the counter of the one before was ignored");
+        if self.drives[wheel].fresh.is_some() {
+            return self.notice("feedback-repeated", "feedback that had come already was ignored");
         }
-        if last.is_some_and(|last| self.profile.next_feedback_counter(wheel, last) != feedback.counter) {
-            self.notice("feedback-lost", "the counter of a drive's feedback has a gap");
+        if feedback.counter != self.profile.feedback_counter(wheel, self.sync_sent) {
+            return self.notice("feedback-stale", "feedback that answers another SYNC than the last was ignored");
         }
         self.take_state(wheel, feedback.state);
         self.drives[wheel].fresh = Some(feedback);
@@ -241,7 +249,8 @@ impl Stack {
     fn answer(&mut self, feedback: Wheels<Feedback>) {
         self.awaiting_feedback = false;
         self.ticks_answered += 1;
-        let span = self.period * (1 + i64::from(self.periods_since_feedback));
+        let last = self.sampled_at.replace(self.sync_at);
+        let span = last.map_or(self.period, |last| self.sync_at - last);
         let positions = feedback.map(|feedback| feedback.position_counts);
         let applied = feedback.map(|feedback| feedback.torque_applied_nm);
         self.measured = self.odometry.update(positions, applied, span);

@@ -190,7 +190,7 @@ fn counters_wrap_at_their_signal_s_width() {
     let profile = profile();
     assert_eq!(profile.next_command_counter(Wheel::Right, 14), 15);
     assert_eq!(profile.next_command_counter(Wheel::Right, 15), 0);
-    assert_eq!(profile.next_feedback_counter(Wheel::Left, 15), 0);
+    assert_eq!(profile.feedback_counter(Wheel::Left, 0x35), 5);
     assert_eq!(profile.next_sync_counter(15), 16);
     assert_eq!(profile.next_sync_counter(255), 0);
 }

@@ -23,7 +23,6 @@ pub struct VirtualRobot {
     /// SYNCs seen.
     ticks: u64,
     torque_applied_nm: Wheels<f64>,
-    feedback_counters: Wheels<u8>,
     next_heartbeat: Instant,
     frames: VecDeque<(Wheel, Frame)>,
 }
@@ -37,7 +36,6 @@ impl VirtualRobot {
             drives: Wheels::both(Drive::new(spec)),
             ticks: 0,
             torque_applied_nm: Wheels::default(),
-            feedback_counters: Wheels::default(),
             next_heartbeat: start,
             frames: VecDeque::with_capacity(16),
         }
@@ -48,8 +46,8 @@ impl VirtualRobot {
     /// ignored, as a drive would.
     pub fn handle_frame(&mut self, frame: &Frame, span_s: f64) -> bool {
         match self.profile.decode(frame) {
-            Ok(Message::Sync { .. }) => {
-                self.sync(span_s);
+            Ok(Message::Sync { counter }) => {
+                self.sync(counter, span_s);
                 true
             }
             Ok(Message::Command(wheel, command)) => {
@@ -111,7 +109,7 @@ impl VirtualRobot {
         self.torque_applied_nm
     }
 
-    fn sync(&mut self, span_s: f64) {
+    fn sync(&mut self, sync_counter: u8, span_s: f64) {
         // Nothing has moved before the first SYNC: it marks time zero.
         let span_s = if self.ticks == 0 { 0.0 } else { span_s };
         self.ticks += 1;
@@ -122,9 +120,8 @@ impl VirtualRobot {
         let angle_rad = self.plant.state().angle_rad;
         for wheel in Wheel::BOTH {
             let drive = &mut self.drives[wheel];
-            let counter = self.feedback_counters[wheel];
+            let counter = self.profile.feedback_counter(wheel, sync_counter);
             let feedback = drive.sync(span_s, angle_rad[wheel], counter);
-            self.feedback_counters[wheel] = self.profile.next_feedback_counter(wheel, counter);
             self.torque_applied_nm[wheel] = feedback.torque_applied_nm;
             self.tell_fault(wheel);
             self.send(wheel, Message::Feedback(wheel, feedback));

@@ -63,12 +63,18 @@ struct Reader {
     log: Option<McapLog>,
     punctuality: Punctuality,
     start: Instant,
+    /// The last thing said.
+    said: Option<&'static str>,
 }
 
 impl Sink for Reader {
     fn event(&mut self, at: Instant, event: &Event) {
         if let Event::Notice(notice) = event {
-            say(format_args!("{:>12.6} s  {}", (at - self.start).as_secs_f64(), notice.text));
+            // What happens frame after frame is said once; the log has it all.
+            if self.said != Some(notice.text) {
+                say(format_args!("{:>12.6} s  {}", (at - self.start).as_secs_f64(), notice.text));
+            }
+            self.said = Some(notice.text);
         }
         self.punctuality.event(at, event);
         if let Some(log) = &mut self.log {
@@ -85,7 +91,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Problems> {
     let mut bus = bus::open(&args.bus, &OpenOptions::default(), clock)?;
     let log = args.log.as_deref().map(|path| open_log(path, &args.bus, &config, &text)).transpose()?;
     let start = if args.pace == Pace::Lockstep { Instant::ZERO } else { clock.now() + config.period };
-    let mut reader = Reader { log, punctuality: Punctuality::new(config.period.as_secs_f64()), start };
+    let mut reader = Reader { log, punctuality: Punctuality::new(config.period.as_secs_f64()), start, said: None };
     let mut stack = Stack::new(&config, start);
     stack.operate(Operator::Enable);
     let stop = stop::listen();

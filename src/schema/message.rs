@@ -55,7 +55,8 @@ pub struct Feedback {
     pub torque_applied_nm: f64,
     /// The drive's state.
     pub state: DriveState,
-    /// Counts feedback frames and wraps at the signal's width.
+    /// The low bits of the counter of the SYNC that this answers, as many as
+    /// the signal has.
     pub counter: u8,
 }
 

@@ -141,9 +141,10 @@ impl Profile {
         self.command[wheel].counter.next_counter(counter)
     }
 
-    /// The counter that follows `counter` in feedback of this wheel.
-    pub fn next_feedback_counter(&self, wheel: Wheel, counter: u8) -> u8 {
-        self.feedback[wheel].counter.next_counter(counter)
+    /// The counter of this wheel's feedback that answers a SYNC with
+    /// `sync_counter`.
+    pub fn feedback_counter(&self, wheel: Wheel, sync_counter: u8) -> u8 {
+        self.feedback[wheel].counter.low_bits(sync_counter)
     }
 
     /// The arbitration id of SYNC.

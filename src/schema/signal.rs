@@ -139,7 +139,12 @@ impl Signal {
 
     /// What a counter of this width shows after `counter`.
     pub(super) const fn next_counter(&self, counter: u8) -> u8 {
-        counter.wrapping_add(1) & (u64::MAX >> (64 - self.bit_count())) as u8
+        self.low_bits(counter.wrapping_add(1))
+    }
+
+    /// What of `counter` this signal has bits for.
+    pub(super) const fn low_bits(&self, counter: u8) -> u8 {
+        counter & (u64::MAX >> (64 - self.bit_count())) as u8
     }
 
     #[inline]
