@@ -18,7 +18,7 @@ use crate::event::{Event, Notice, SyncEvent, Tick};
 use crate::frame::Frame;
 use crate::odometry::Odometry;
 use crate::safety::{Gate, Reason, State};
-use crate::schema::{Command, DriveState, FaultCode, Feedback, Message, Profile, Request};
+use crate::schema::{Command, DecodeError, DriveState, FaultCode, Feedback, Message, Profile, Request};
 use crate::time::{Duration, Instant};
 use crate::wheels::{Wheel, Wheels};
 
@@ -39,6 +39,8 @@ pub struct Stack {
     next_sync: Instant,
     /// Whether the law has yet to answer the period that has begun.
     awaiting_feedback: bool,
+    /// Odd frames that may still be noted in this period.
+    oddities_left: u8,
     /// Periods since feedback from both drives was last complete.
     periods_since_feedback: u32,
     enable_wanted: bool,
@@ -73,7 +75,16 @@ struct DriveView {
     state: Option<DriveState>,
     /// Counter of its last feedback.
     counter: Option<u8>,
+    /// SYNCs that it has yet to answer; it never answers one twice.
+    owed: u8,
 }
+
+/// Odd frames of which notice is given in a period: somebody may send them as
+/// fast as the bus can.
+const ODDITIES_A_PERIOD: u8 = 3;
+
+/// Unanswered SYNCs that are remembered, fewer than a counter has values.
+const MOST_OWED: u8 = 8;
 
 impl Stack {
     /// A stack that will send its first SYNC at `start`.
@@ -89,6 +100,7 @@ impl Stack {
             ticks: 0,
             next_sync: start,
             awaiting_feedback: false,
+            oddities_left: ODDITIES_A_PERIOD,
             periods_since_feedback: 0,
             enable_wanted: false,
             clear_fault_wanted: false,
@@ -103,8 +115,8 @@ impl Stack {
         }
     }
 
-    /// Takes a frame that arrived at `at`. Frames that mean nothing to the
-    /// stack, or are corrupt, are noted and otherwise ignored.
+    /// Takes a frame that arrived at `at`. Those of others on the bus are
+    /// ignored; so are corrupt ones, which is noted.
     pub fn handle_frame(&mut self, _at: Instant, frame: &Frame) {
         match self.profile.decode(frame) {
             Ok(Message::Feedback(wheel, feedback)) => self.take_feedback(wheel, feedback),
@@ -112,8 +124,8 @@ impl Stack {
             Ok(Message::Fault(_, fault)) if fault != FaultCode::None => {
                 self.enter(State::Tripped(Reason::DriveFault));
             }
-            Ok(_) => {}
-            Err(_) => self.notice("frame-refused", "a frame could not be decoded and was ignored"),
+            Ok(_) | Err(DecodeError::UnknownId) => {}
+            Err(_) => self.note_oddity("frame-refused", "a frame could not be decoded and was ignored"),
         }
     }
 
@@ -135,8 +147,10 @@ impl Stack {
         self.next_sync += self.period;
         self.send(&Message::Sync { counter: self.sync_counter });
         self.sync_counter = self.profile.next_sync_counter(self.sync_counter);
-        self.drives = self.drives.map(|drive| DriveView { fresh: None, ..drive });
+        self.drives =
+            self.drives.map(|drive| DriveView { fresh: None, owed: (drive.owed + 1).min(MOST_OWED), ..drive });
         self.awaiting_feedback = true;
+        self.oddities_left = ODDITIES_A_PERIOD;
         let reference = self.controller.reference().pose;
         self.events.push_back(Event::Sync(SyncEvent { tick: self.ticks, reference }));
         self.ticks += 1;
@@ -201,10 +215,15 @@ impl Stack {
     fn take_feedback(&mut self, wheel: Wheel, feedback: Feedback) {
         let last = self.drives[wheel].counter.replace(feedback.counter);
         if last == Some(feedback.counter) {
-            return self.notice("feedback-repeated", "feedback with the counter of the one before was ignored");
+            return self.note_oddity("feedback-repeated", "feedback with the counter of the one before was ignored");
         }
-        if last.is_some_and(|last| self.profile.next_feedback_counter(wheel, last) != feedback.counter) {
-            self.notice("feedback-lost", "the counter of a drive's feedback has a gap");
+        let owed = self.drives[wheel].owed;
+        let answered = last.map_or(Some(owed), |last| self.answers_between(wheel, last, feedback.counter));
+        self.drives[wheel].owed = owed - answered.unwrap_or(owed);
+        match (last, answered) {
+            (None, _) | (_, Some(1)) => {}
+            (_, Some(_)) => self.note_oddity("feedback-lost", "the counter of a drive's feedback has a gap"),
+            (_, None) => self.trip(Reason::CounterJump),
         }
         self.take_state(wheel, feedback.state);
         self.drives[wheel].fresh = Some(feedback);
@@ -213,6 +232,16 @@ impl Stack {
         {
             self.answer(Wheels { right, left });
         }
+    }
+
+    /// How many SYNCs a drive has answered since feedback with the counter
+    /// `last`, that with `counter` included; none if it cannot have come so far.
+    fn answers_between(&self, wheel: Wheel, last: u8, counter: u8) -> Option<u8> {
+        let mut next = last;
+        (1..=self.drives[wheel].owed).find(|_| {
+            next = self.profile.next_feedback_counter(wheel, next);
+            next == counter
+        })
     }
 
     fn take_state(&mut self, wheel: Wheel, state: DriveState) {
@@ -332,6 +361,13 @@ impl Stack {
 
     fn notice(&mut self, kind: &'static str, text: &'static str) {
         self.events.push_back(Event::Notice(Notice { kind, text }));
+    }
+
+    fn note_oddity(&mut self, kind: &'static str, text: &'static str) {
+        if self.oddities_left > 0 {
+            self.oddities_left -= 1;
+            self.notice(kind, text);
+        }
     }
 
     fn send(&mut self, message: &Message) {

@@ -10,6 +10,7 @@ use crate::config::{Problem, Problems};
 use crate::event::{Event, Sink};
 use crate::log::{LogContents, LogError, LoggedBus, McapLog, WhenFull};
 use crate::run::{Clock, End, LockStep};
+use crate::safety::State;
 use crate::stack::{Operator, Stack, StackConfig};
 use crate::time::{Duration, Instant};
 
@@ -78,18 +79,23 @@ pub fn run(args: &Args) -> Result<ExitCode, Problems> {
     let mut stack = Stack::new(&config, Instant::ZERO);
     stack.operate(Operator::Enable);
     let stop = stop::listen();
-    let end = LockStep::new(stack, bus.as_mut(), &mut events, clock, patience).run(stop);
+    let (end, state) = LockStep::new(stack, bus.as_mut(), &mut events, clock, patience).run(stop);
     if let Some(log) = events.log {
         log.finish().map_err(cannot_log)?;
     }
     let (code, words) = match end {
-        End::Over => (0, "the other side ended the run".to_owned()),
-        End::Stopped => (0, "stopped; the drives were told to let go".to_owned()),
+        End::Over => (ended_in(state), "the other side ended the run".to_owned()),
+        End::Stopped => (ended_in(state), "stopped; the drives were told to let go".to_owned()),
         End::Silent => (1, format!("nothing came from the other side for {} s", args.dead_man_s)),
         End::Lost(error) => (1, error.to_string()),
     };
     say(words);
     Ok(ExitCode::from(code))
+}
+
+/// The exit status of a run that ended in this state, all else being well.
+fn ended_in(state: State) -> u8 {
+    u8::from(matches!(state, State::Tripped(_)))
 }
 
 fn patience(seconds: f64) -> Result<Duration, Problem> {

@@ -13,7 +13,7 @@ use super::run::{conclude, record};
 use super::{FAILED, Failure, HELD, INTERRUPTED, create_folder, interrupt, say};
 use crate::bench::End;
 use crate::scenario::{Link, Scenario};
-use crate::serve::{ServeEnd, Server};
+use crate::serve::{ServeEnd, Served, Server};
 
 /// What `hil-sim serve` is given.
 #[derive(Debug, clap::Args)]
@@ -71,12 +71,15 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     say(format_args!("serving {} on {}", scenario.name, args.bus));
     let mut progress = Progress::new(scenario.name.clone(), scenario.ticks());
     let server = Server::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock);
-    let (end, outcome) = server.run(Duration::from_secs_f64(args.dead_man_s), |tick| {
+    let Served { end, outcome, ignored } = server.run(Duration::from_secs_f64(args.dead_man_s), |tick| {
         progress.at(tick);
         interrupt::check()
     });
     progress.done();
     let summary = conclude(recording.finish(&outcome), &args.out, progress.elapsed_s())?;
+    if ignored > 0 {
+        say(format_args!("  ignored          {ignored} frames that were corrupt or not meant for the drives"));
+    }
     match end {
         ServeEnd::Silent => {
             say(format_args!("  ended            nothing came from the controller for {} s", args.dead_man_s));
