@@ -38,6 +38,9 @@ pub enum Reason {
     LoopOverrun,
     /// The bus went away, or its controller off it.
     BusLost,
+    /// A drive's feedback counted further than it can have: it, or somebody
+    /// who sends in its name, answers what was not asked.
+    CounterJump,
 }
 
 /// Limits that the gate keeps; see `[safety]`.
@@ -80,6 +83,7 @@ impl State {
             Self::Tripped(Reason::FollowingError) => 8,
             Self::Tripped(Reason::LoopOverrun) => 9,
             Self::Tripped(Reason::BusLost) => 10,
+            Self::Tripped(Reason::CounterJump) => 11,
         }
     }
 
@@ -108,6 +112,7 @@ impl State {
             Self::Tripped(Reason::FollowingError) => "tripped: a wheel was too far from where it should be",
             Self::Tripped(Reason::LoopOverrun) => "tripped: the loop woke up more than a period late",
             Self::Tripped(Reason::BusLost) => "tripped: the bus went away, or its controller off it",
+            Self::Tripped(Reason::CounterJump) => "tripped: a drive's feedback counted further than it was asked to",
         }
     }
 }

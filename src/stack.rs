@@ -18,7 +18,7 @@ use crate::event::{Event, Notice, SyncEvent, Tick};
 use crate::frame::Frame;
 use crate::odometry::Odometry;
 use crate::safety::{Gate, Reason, State};
-use crate::schema::{Command, DriveState, FaultCode, Feedback, Message, Profile, Request};
+use crate::schema::{Command, DecodeError, DriveState, FaultCode, Feedback, Message, Profile, Request};
 use crate::time::{Duration, Instant};
 use crate::wheels::{Wheel, Wheels};
 
@@ -41,6 +41,8 @@ pub struct Stack {
     next_sync: Instant,
     /// Whether the law has yet to answer the period that has begun.
     awaiting_feedback: bool,
+    /// Odd frames that may still be noted in this period.
+    oddities_left: u8,
     /// Periods since feedback from both drives was last complete.
     periods_since_feedback: u32,
     enable_wanted: bool,
@@ -79,6 +81,24 @@ struct DriveView {
     fresh: Option<Feedback>,
     /// The last state it reported.
     state: Option<DriveState>,
+    /// Earlier SYNCs that it has yet to answer.
+    owed: u8,
+}
+
+/// Odd frames of which notice is given in a period: somebody may send them as
+/// fast as the bus can.
+const ODDITIES_A_PERIOD: u8 = 3;
+
+/// Unanswered SYNCs that are remembered, fewer than a counter has values.
+const MOST_OWED: u8 = 8;
+
+impl DriveView {
+    /// The same drive in the next period; if it `was_asked` in the one before
+    /// and did not answer, it owes that.
+    fn begin_period(self, was_asked: bool) -> Self {
+        let unanswered = u8::from(was_asked && self.fresh.is_none());
+        Self { fresh: None, owed: (self.owed + unanswered).min(MOST_OWED), ..self }
+    }
 }
 
 impl Stack {
@@ -96,6 +116,7 @@ impl Stack {
             ticks_answered: 0,
             next_sync: start,
             awaiting_feedback: false,
+            oddities_left: ODDITIES_A_PERIOD,
             periods_since_feedback: 0,
             enable_wanted: false,
             clear_fault_wanted: false,
@@ -113,8 +134,8 @@ impl Stack {
         }
     }
 
-    /// Takes a frame that arrived at `at`. Frames that mean nothing to the
-    /// stack, or are corrupt, are noted and otherwise ignored.
+    /// Takes a frame that arrived at `at`. Those of others on the bus are
+    /// ignored; so are corrupt ones, which is noted.
     pub fn handle_frame(&mut self, _at: Instant, frame: &Frame) {
         match self.profile.decode(frame) {
             Ok(Message::Feedback(wheel, feedback)) => self.take_feedback(wheel, feedback),
@@ -122,8 +143,8 @@ impl Stack {
             Ok(Message::Fault(_, fault)) if fault != FaultCode::None => {
                 self.enter(State::Tripped(Reason::DriveFault));
             }
-            Ok(_) => {}
-            Err(_) => self.notice("frame-refused", "a frame could not be decoded and was ignored"),
+            Ok(_) | Err(DecodeError::UnknownId) => {}
+            Err(_) => self.note_oddity("frame-refused", "a frame could not be decoded and was ignored"),
         }
     }
 
@@ -150,8 +171,9 @@ impl Stack {
         self.sync_sent = self.sync_counter;
         self.send(&Message::Sync { counter: self.sync_counter });
         self.sync_counter = self.profile.next_sync_counter(self.sync_counter);
-        self.drives = self.drives.map(|drive| DriveView { fresh: None, ..drive });
+        self.drives = self.drives.map(|drive| drive.begin_period(self.ticks > 0));
         self.awaiting_feedback = true;
+        self.oddities_left = ODDITIES_A_PERIOD;
         let reference = self.controller.reference().pose;
         self.events.push_back(Event::Sync(SyncEvent { tick: self.ticks, reference }));
         self.ticks += 1;
@@ -219,19 +241,32 @@ impl Stack {
     }
 
     fn take_feedback(&mut self, wheel: Wheel, feedback: Feedback) {
-        if self.drives[wheel].fresh.is_some() {
-            return self.notice("feedback-repeated", "feedback that had come already was ignored");
-        }
         if feedback.counter != self.profile.feedback_counter(wheel, self.sync_sent) {
-            return self.notice("feedback-stale", "feedback that answers another SYNC than the last was ignored");
+            return self.take_odd_feedback(wheel);
+        }
+        if self.drives[wheel].fresh.is_some() {
+            return self.note_oddity("feedback-repeated", "feedback that had come already was ignored");
         }
         self.take_state(wheel, feedback.state);
         self.drives[wheel].fresh = Some(feedback);
+        // A drive's frames keep their order: what it owed until now is lost.
+        self.drives[wheel].owed = 0;
         if let (true, Some(right), Some(left)) =
             (self.awaiting_feedback, self.drives.right.fresh, self.drives.left.fresh)
         {
             self.answer(Wheels { right, left });
         }
+    }
+
+    /// Feedback that answers another SYNC than the last: one that is still owed
+    /// is late and worth nothing any more; any other nobody asked for.
+    fn take_odd_feedback(&mut self, wheel: Wheel) {
+        let owed = &mut self.drives[wheel].owed;
+        if *owed == 0 {
+            return self.trip(Reason::CounterJump);
+        }
+        *owed -= 1;
+        self.note_oddity("feedback-late", "feedback came after the next SYNC had left and was ignored");
     }
 
     fn take_state(&mut self, wheel: Wheel, state: DriveState) {
@@ -353,6 +388,13 @@ impl Stack {
 
     fn notice(&mut self, kind: &'static str, text: &'static str) {
         self.events.push_back(Event::Notice(Notice { kind, text }));
+    }
+
+    fn note_oddity(&mut self, kind: &'static str, text: &'static str) {
+        if self.oddities_left > 0 {
+            self.oddities_left -= 1;
+            self.notice(kind, text);
+        }
     }
 
     fn send(&mut self, message: &Message) {

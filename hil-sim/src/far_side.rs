@@ -92,6 +92,12 @@ impl FarSide {
         }
     }
 
+    /// Lets what is on the wire cross it, up to the moment at which the next
+    /// SYNC is due: for the end of a run.
+    pub fn settle(&mut self) {
+        while self.happen_until(self.next_tick) {}
+    }
+
     /// The next thing that happened, in order of time.
     pub fn poll(&mut self) -> Option<(Instant, Happening)> {
         self.happenings.pop_front()

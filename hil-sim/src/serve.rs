@@ -1,5 +1,10 @@
 //! The far side on a bus, for whatever controller is at the other end of it,
 //! in lock-step: each SYNC makes a step, each step ends with the marker.
+//!
+//! Only what is valid and meant for the drives counts. Anything else on the
+//! bus, from whomever, is left alone: it comes when the host's clock likes,
+//! and on the simulated wire it would make a run depend on that. Who sent a
+//! valid frame, a bus does not tell; like real drives, these obey it.
 
 use std::ops::ControlFlow;
 
@@ -7,7 +12,7 @@ use canloop::bus::{Arrival, Bus, BusError};
 use canloop::event::{Event, Sink};
 use canloop::frame::Frame;
 use canloop::run::Clock;
-use canloop::schema::{StepEnd, StepEndCodec};
+use canloop::schema::{Message, Profile, StepEnd, StepEndCodec};
 use canloop::time::{Duration, Instant};
 
 use crate::bench::{End, Outcome, is_lost, truth};
@@ -18,12 +23,25 @@ use crate::scenario::Scenario;
 /// Drives, plant and wire, impersonated on a bus.
 pub struct Server<'r, S> {
     far_side: FarSide,
+    profile: Profile,
     bus: &'r mut dyn Bus,
     sink: &'r mut S,
     clock: Clock,
     step_end: StepEndCodec,
     route: Route,
     ticks: u64,
+    ignored: u64,
+}
+
+/// A run on a bus.
+#[derive(Debug)]
+pub struct Served {
+    /// How it ended.
+    pub end: ServeEnd,
+    /// The same as of a run in one process.
+    pub outcome: Outcome,
+    /// Frames that were corrupt or not meant for the drives.
+    pub ignored: u64,
 }
 
 /// How a run on a bus ended.
@@ -48,6 +66,16 @@ impl ServeEnd {
     }
 }
 
+/// What a look at the bus brought.
+enum Heard {
+    /// Nothing for the drives.
+    Nothing,
+    /// A command.
+    Command,
+    /// A SYNC: which, and how the run ends if it does.
+    Sync(u64, Option<End>),
+}
+
 /// How often to look whether somebody wants to stop.
 const LOOK_UP: Duration = Duration::from_millis(100);
 
@@ -56,45 +84,76 @@ impl<'r, S: Sink> Server<'r, S> {
     pub fn new(scenario: &Scenario, bitrate_bit_s: u32, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock) -> Self {
         Self {
             far_side: FarSide::new(scenario, bitrate_bit_s, Instant::ZERO),
+            profile: scenario.stack.profile.clone(),
             bus,
             sink,
             clock,
             step_end: StepEndCodec::builtin(),
             route: Route::new(scenario),
             ticks: scenario.ticks(),
+            ignored: 0,
         }
     }
 
     /// Serves until the scenario's time is up. Nobody waits for a first SYNC
-    /// in vain: `patience` counts from the last frame on, by the wall clock.
-    pub fn run(mut self, patience: Duration, mut progress: impl FnMut(u64) -> ControlFlow<()>) -> (ServeEnd, Outcome) {
+    /// in vain: `patience` counts from the last frame for the drives on, by the
+    /// wall clock.
+    pub fn run(mut self, patience: Duration, mut progress: impl FnMut(u64) -> ControlFlow<()>) -> Served {
         let mut tick = 0;
         let mut heard = self.clock.now();
         let end = loop {
             if progress(tick).is_break() {
                 break ServeEnd::Run(End::Interrupted);
             }
-            match self.bus.receive(self.clock.now() + LOOK_UP) {
-                Ok(Some((_, Arrival::Frame(frame)))) => {
-                    heard = self.clock.now();
-                    match self.take(frame) {
-                        Ok(Some((reached, end))) => {
-                            tick = reached;
-                            if let Some(end) = end {
-                                break ServeEnd::Run(end);
-                            }
-                        }
-                        Ok(None) => {}
-                        Err(error) => break ServeEnd::Lost(error),
+            match self.hear() {
+                Ok(Heard::Nothing) if self.clock.now() - heard > patience => break ServeEnd::Silent,
+                Ok(Heard::Nothing) => continue,
+                Ok(Heard::Command) => {}
+                Ok(Heard::Sync(reached, end)) => {
+                    tick = reached;
+                    if let Some(end) = end {
+                        break ServeEnd::Run(end);
                     }
                 }
-                Ok(_) if self.clock.now() - heard > patience => break ServeEnd::Silent,
-                Ok(_) => {}
                 Err(error) => break ServeEnd::Lost(error),
             }
+            heard = self.clock.now();
         };
+        if !matches!(end, ServeEnd::Run(End::Finished | End::Diverged)) {
+            self.let_the_wire_finish();
+        }
         let outcome = Outcome { end: end.of_the_run(), ticks: tick, wire: *self.far_side.wire_stats(), state: None };
-        (end, outcome)
+        Served { end, outcome, ignored: self.ignored }
+    }
+
+    /// Waits a little for a frame for the drives, and carries it out.
+    fn hear(&mut self) -> Result<Heard, BusError> {
+        match self.bus.receive(self.clock.now() + LOOK_UP)? {
+            Some((_, Arrival::Frame(frame))) if self.is_for_drives(&frame) => {
+                let step = self.take(frame)?;
+                Ok(step.map_or(Heard::Command, |(tick, end)| Heard::Sync(tick, end)))
+            }
+            Some((_, Arrival::Frame(_))) => {
+                self.ignored += 1;
+                Ok(Heard::Nothing)
+            }
+            _ => Ok(Heard::Nothing),
+        }
+    }
+
+    fn is_for_drives(&self, frame: &Frame) -> bool {
+        matches!(self.profile.decode(frame), Ok(Message::Sync { .. } | Message::Command(..)))
+    }
+
+    /// What the controller said last is still on the wire, with no SYNC behind
+    /// it to move time on.
+    fn let_the_wire_finish(&mut self) {
+        self.far_side.settle();
+        while let Some((at, happening)) = self.far_side.poll() {
+            if let Happening::Frame(crossed) = happening {
+                self.sink.event(at, &Event::Frame(crossed));
+            }
+        }
     }
 
     /// Hands a frame to the far side and passes on what comes of it. A SYNC
@@ -140,8 +199,10 @@ impl<'r, S: Sink> Server<'r, S> {
                     // Only the bus can tell when there is room; what arrives
                     // meanwhile cannot be a SYNC, for none is due.
                     let soon = self.clock.now() + Duration::from_micros(100);
-                    if let Some((_, Arrival::Frame(early))) = self.bus.receive(soon)? {
-                        self.far_side.take(early);
+                    match self.bus.receive(soon)? {
+                        Some((_, Arrival::Frame(early))) if self.is_for_drives(&early) => self.far_side.take(early),
+                        Some((_, Arrival::Frame(_))) => self.ignored += 1,
+                        _ => {}
                     }
                 }
                 other => return other,

@@ -58,6 +58,11 @@ impl VirtualRobot {
         }
     }
 
+    /// Whether a frame is valid and meant for the drives.
+    pub fn is_addressed_by(&self, frame: &Frame) -> bool {
+        matches!(self.profile.decode(frame), Ok(Message::Sync { .. } | Message::Command(..)))
+    }
+
     /// Takes the plant on by a period of `span_s` in which no SYNC came.
     pub fn go_without_sync(&mut self, span_s: f64) {
         self.plant.advance(span_s, self.drives.as_ref().map(Drive::torque));

@@ -12,7 +12,7 @@ use canloop::time::{Duration, Instant};
 use crate::bench::{End, Outcome, is_lost, truth};
 use crate::route::Route;
 use crate::scenario::Scenario;
-use crate::serve::ServeEnd;
+use crate::serve::{ServeEnd, Served};
 use crate::virtual_robot::VirtualRobot;
 use crate::wire::WireStats;
 
@@ -27,6 +27,7 @@ pub struct WallServer<'r, S> {
     /// The moment the plant stands at, once a first SYNC has come.
     plant_at: Option<Instant>,
     frames: u64,
+    ignored: u64,
     ticks: u64,
 }
 
@@ -46,13 +47,14 @@ impl<'r, S: Sink> WallServer<'r, S> {
             period: scenario.stack.period,
             plant_at: None,
             frames: 0,
+            ignored: 0,
             ticks: scenario.ticks(),
         }
     }
 
     /// Serves until the scenario's time is up. `patience` counts from the
     /// last frame on.
-    pub fn run(mut self, patience: Duration, mut progress: impl FnMut(u64) -> ControlFlow<()>) -> (ServeEnd, Outcome) {
+    pub fn run(mut self, patience: Duration, mut progress: impl FnMut(u64) -> ControlFlow<()>) -> Served {
         let mut heard = self.clock.now();
         let end = loop {
             if progress(self.robot.ticks()).is_break() {
@@ -72,7 +74,7 @@ impl<'r, S: Sink> WallServer<'r, S> {
             wire: WireStats { frames: self.frames, ..WireStats::default() },
             state: None,
         };
-        (end, outcome)
+        Served { end, outcome, ignored: self.ignored }
     }
 
     fn step(&mut self) -> Result<Happened, BusError> {
@@ -81,7 +83,11 @@ impl<'r, S: Sink> WallServer<'r, S> {
         let deadline = self.robot.next_wakeup().min(missed).min(now + LOOK_UP);
         let mut happened = Happened::Nothing;
         if let Some((at, Arrival::Frame(frame))) = self.bus.receive(deadline)? {
-            happened = self.take(at, &frame);
+            if self.robot.is_addressed_by(&frame) {
+                happened = self.take(at, &frame);
+            } else {
+                self.ignored += 1;
+            }
         }
         let now = self.clock.now();
         if now >= self.robot.next_wakeup() {

@@ -5,7 +5,7 @@
 use canloop::event::Event;
 use canloop::frame::Frame;
 use canloop::safety::{Reason, State};
-use canloop::schema::{Command, DriveState, FaultCode, Message, Profile, Request};
+use canloop::schema::{Command, DriveState, FaultCode, Feedback, Message, Profile, Request};
 use canloop::stack::{Operator, Stack};
 use canloop::time::Instant;
 use canloop::wheels::{Wheel, Wheels};
@@ -349,4 +349,18 @@ fn a_torque_that_the_law_asks_for_and_that_is_too_much_is_cut_to_the_limit() {
         most_nm = Wheel::BOTH.iter().fold(most_nm, |most, &wheel| most.max(rig.sent[wheel].torque_nm.abs()));
     }
     assert_eq!(most_nm, 65.0);
+}
+
+#[test]
+fn feedback_that_nobody_asked_for_stops_the_robot_and_only_reset_and_enable_move_it_again() {
+    let mut rig = Rig::under_way();
+    let counter = 2;
+    assert_ne!(counter, (UNDER_WAY_PERIODS - 1) % 16, "a repeated counter would be ignored");
+    let replayed =
+        Feedback { position_counts: 0, torque_applied_nm: 0.0, state: DriveState::Enabled, counter: counter as u8 };
+    rig.inject(Message::Feedback(Wheel::Right, replayed));
+    assert_eq!(rig.stack.state(), State::Tripped(Reason::CounterJump));
+    rig.run(1);
+    assert!(rig.sends_zero_torque());
+    rig.assert_only_reset_and_enable_move_it_again();
 }

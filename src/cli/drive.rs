@@ -11,6 +11,7 @@ use crate::config::{Problem, Problems};
 use crate::event::{Event, Sink};
 use crate::log::{LogContents, LogError, LoggedBus, McapLog, WhenFull};
 use crate::run::{self, Clock, End, LockStep, Priority, Punctuality, RealTime, tap};
+use crate::safety::State;
 use crate::stack::{Operator, Stack, StackConfig};
 use crate::time::{Duration, Instant};
 
@@ -95,21 +96,22 @@ pub fn run(args: &Args) -> Result<ExitCode, Problems> {
     let mut stack = Stack::new(&config, start);
     stack.operate(Operator::Enable);
     let stop = stop::listen();
-    let end = match args.pace {
+    let (end, state) = match args.pace {
         Pace::Lockstep => LockStep::new(stack, bus.as_mut(), &mut reader, clock, patience).run(stop),
         Pace::Realtime => {
             let until = args.duration_s.map_or(Instant::MAX, |seconds| start + Duration::from_secs_f64(seconds));
-            let lost = realtime(stack, bus.as_mut(), &mut reader, clock, stop, until);
+            let ended = realtime(stack, bus.as_mut(), &mut reader, clock, stop, until);
             say(reader.punctuality.figures());
-            lost
+            ended
         }
     };
     if let Some(log) = reader.log {
         log.finish().map_err(cannot_log)?;
     }
     let (code, words) = match end {
-        End::Over => (0, "the run is over".to_owned()),
-        End::Stopped => (0, "stopped; the drives were told to let go".to_owned()),
+        End::Over if args.pace == Pace::Lockstep => (ended_in(state), "the other side ended the run".to_owned()),
+        End::Over => (ended_in(state), "the run is over".to_owned()),
+        End::Stopped => (ended_in(state), "stopped; the drives were told to let go".to_owned()),
         End::Tripped => (1, "tripped; the drives were told to let go".to_owned()),
         End::Silent => (1, format!("nothing came from the other side for {} s", args.dead_man_s)),
         End::Lost(error) => (1, error.to_string()),
@@ -126,7 +128,7 @@ fn realtime(
     clock: Clock,
     stop: &AtomicBool,
     until: Instant,
-) -> End {
+) -> (End, State) {
     let (mut tap, mut drain) = tap();
     std::thread::scope(|scope| {
         // Before the priority is raised: the reader must not inherit it.
@@ -153,6 +155,11 @@ fn realtime(
 #[allow(clippy::disallowed_methods, reason = "the reader waits for the loop, by the wall clock")]
 fn pause() {
     std::thread::sleep(std::time::Duration::from_millis(5));
+}
+
+/// The exit status of a run that ended in this state, all else being well.
+fn ended_in(state: State) -> u8 {
+    u8::from(matches!(state, State::Tripped(_)))
 }
 
 fn patience(seconds: f64) -> Result<Duration, Problem> {

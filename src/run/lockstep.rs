@@ -8,7 +8,7 @@ use crate::bus::{Arrival, Bus, BusError, ControllerState};
 use crate::event::{BusFrame, Event, Sink};
 use crate::frame::Frame;
 use crate::run::Clock;
-use crate::safety::Reason;
+use crate::safety::{Reason, State};
 use crate::schema::{StepEnd, StepEndCodec};
 use crate::stack::Stack;
 use crate::time::{Duration, Instant};
@@ -22,6 +22,8 @@ pub struct LockStep<'r, S> {
     step_end: StepEndCodec,
     /// A frame for which the transmit queue had no room.
     waiting: Option<Frame>,
+    /// The last marker's number: the next one's is one more.
+    last_tick: Option<u32>,
     /// How long, by the wall clock, the other side may be silent.
     patience: Duration,
 }
@@ -45,16 +47,19 @@ pub enum End {
 const LOOK_UP: Duration = Duration::from_millis(100);
 /// How soon to try again when the transmit queue was full.
 const SOON: Duration = Duration::from_micros(200);
+/// How long to try to be heard at the end.
+const GOODBYE: Duration = Duration::from_millis(100);
 
 impl<'r, S: Sink> LockStep<'r, S> {
     /// A run of `stack`, which is to wake up first at [`Instant::ZERO`].
     pub fn new(stack: Stack, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock, patience: Duration) -> Self {
-        Self { stack, bus, sink, clock, step_end: StepEndCodec::builtin(), waiting: None, patience }
+        Self { stack, bus, sink, clock, step_end: StepEndCodec::builtin(), waiting: None, last_tick: None, patience }
     }
 
     /// Runs until the other side has had enough, or `stop` says so. The last
-    /// thing the drives hear is to let go.
-    pub fn run(mut self, stop: &AtomicBool) -> End {
+    /// thing the drives hear is to let go. Tells, too, what the stack was doing
+    /// before that.
+    pub fn run(mut self, stop: &AtomicBool) -> (End, State) {
         let end = loop {
             let now = self.stack.next_wakeup();
             self.stack.handle_wakeup(now);
@@ -64,11 +69,21 @@ impl<'r, S: Sink> LockStep<'r, S> {
                 Err(end) => break end,
             }
         };
+        let state = self.stack.state();
+        self.say_goodbye();
+        (end, state)
+    }
+
+    /// Whatever the state of the bus: there is nothing better left to try.
+    fn say_goodbye(&mut self) {
         self.stack.farewell();
         let now = self.stack.next_wakeup();
-        // Whatever the state of the bus: there is nothing better left to try.
-        let _ = self.drain(now);
-        end
+        let deadline = self.clock.now() + GOODBYE;
+        while self.drain(now).is_ok() && self.waiting.is_some() && self.clock.now() < deadline {
+            if self.bus.receive(self.clock.now() + SOON).is_err() {
+                return;
+            }
+        }
     }
 
     /// Sends what the stack has to say and hands it the answers, up to the
@@ -80,19 +95,32 @@ impl<'r, S: Sink> LockStep<'r, S> {
             if stop.load(Ordering::Relaxed) {
                 return Err(End::Stopped);
             }
+            // Whatever else there is to hear.
+            if self.clock.now() >= deadline {
+                return Err(End::Silent);
+            }
             let pause = if self.waiting.is_some() { SOON } else { LOOK_UP };
             let look_again = deadline.min(self.clock.now() + pause);
             match self.bus.receive(look_again).map_err(End::Lost)? {
                 Some((_, Arrival::Frame(frame))) => match self.step_end.decode(&frame) {
-                    Some(step_end) => return Ok(step_end),
+                    Some(step_end) if self.follows(step_end) => return Ok(step_end),
+                    Some(_) => {}
                     None => self.take(now, &frame),
                 },
                 Some((_, Arrival::Down | Arrival::State(ControllerState::BusOff))) => self.stack.trip(Reason::BusLost),
-                Some(_) => {}
-                None if self.clock.now() >= deadline => return Err(End::Silent),
-                None => {}
+                Some(_) | None => {}
             }
         }
+    }
+
+    /// Whether a marker is the one that this step waits for. Any other is an
+    /// old one, or somebody else's.
+    fn follows(&mut self, step_end: StepEnd) -> bool {
+        let follows = self.last_tick.is_none_or(|last| step_end.tick == last.wrapping_add(1));
+        if follows {
+            self.last_tick = Some(step_end.tick);
+        }
+        follows
     }
 
     fn take(&mut self, now: Instant, frame: &Frame) {

@@ -56,15 +56,17 @@ impl<'r, S: Sink> RealTime<'r, S> {
     /// Runs until `until`, or until `stop` says so, or until the stack has
     /// tripped. The last thing the drives hear is to let go, also when
     /// something in here panics.
-    pub fn run(mut self, stop: &AtomicBool, until: Instant) -> End {
+    /// Tells, too, what the stack was doing before that.
+    pub fn run(mut self, stop: &AtomicBool, until: Instant) -> (End, State) {
         let looped = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.go_on(stop, until)));
+        let state = self.stack.state();
         self.waiting = None;
         while self.stack.poll_transmit().is_some() {}
         self.stack.farewell();
         let now = self.clock.now();
         // Whatever the state of the bus: there is nothing better left to try.
         let _ = self.drain(now);
-        looped.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        (looped.unwrap_or_else(|panic| std::panic::resume_unwind(panic)), state)
     }
 
     fn go_on(&mut self, stop: &AtomicBool, until: Instant) -> End {

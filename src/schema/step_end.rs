@@ -3,7 +3,7 @@
 use super::dbc::Dbc;
 use super::signal::Signal;
 use crate::config::Source;
-use crate::frame::{CanId, Frame};
+use crate::frame::{CanId, Frame, FrameKind};
 
 /// "The drives have answered; nothing more comes until the next SYNC."
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +48,8 @@ impl StepEndCodec {
 
     /// What a frame says, if it is a marker.
     pub fn decode(&self, frame: &Frame) -> Option<StepEnd> {
-        (frame.id == self.id && frame.len() == self.len).then(|| StepEnd {
+        let is_marker = frame.id == self.id && frame.len() == self.len && frame.kind != FrameKind::Remote;
+        is_marker.then(|| StepEnd {
             tick: self.tick.decode(frame.storage()) as u32,
             last: self.last.decode(frame.storage()) != 0.0,
         })

@@ -13,7 +13,7 @@ use super::run::{conclude, record};
 use super::{FAILED, Failure, HELD, INTERRUPTED, create_folder, interrupt, say};
 use crate::bench::End;
 use crate::scenario::{Link, Scenario};
-use crate::serve::{ServeEnd, Server};
+use crate::serve::{ServeEnd, Served, Server};
 use crate::wall::WallServer;
 
 /// What `hil-sim serve` is given.
@@ -87,12 +87,15 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         progress.at(tick);
         interrupt::check()
     };
-    let (end, outcome) = match args.time {
+    let Served { end, outcome, ignored } = match args.time {
         Time::Sync => Server::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock).run(patience, watch),
         Time::Wall => WallServer::new(&scenario, bus.as_mut(), &mut recording, clock).run(patience, watch),
     };
     progress.done();
     let summary = conclude(recording.finish(&outcome), &args.out, progress.elapsed_s())?;
+    if ignored > 0 {
+        say(format_args!("  ignored          {ignored} frames that were corrupt or not meant for the drives"));
+    }
     match end {
         ServeEnd::Silent => {
             say(format_args!("  ended            nothing came from the controller for {} s", args.dead_man_s));

@@ -65,7 +65,7 @@ impl Hub {
         check_bus_name(bus_name)?;
         if !address.ip().is_loopback() && !allow_others {
             let what = format!("at {address} other machines could send frames on this bus");
-            let help = format!("listen at 127.0.0.1:{}, or allow others explicitly", address.port());
+            let help = format!("listen at 127.0.0.1:{}, or allow it: `hil-sim serve --allow-others`", address.port());
             return Err(Problem::bare(what).help(help));
         }
         let listener = TcpListener::bind(address).map_err(|error| cannot_listen(address, &error))?;

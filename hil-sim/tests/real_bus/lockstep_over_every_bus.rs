@@ -1,0 +1,38 @@
+//! The same scenario and seed give the same frames on every bus, for the same
+//! stack: in one process, and in two with a real bus between them.
+
+use crate::rig::number;
+use crate::two_programs::Bench;
+
+const FOR_20_S: [&str; 2] = ["--set", "duration_s=20"];
+
+#[track_caller]
+fn assert_same_frames(bench: &Bench) {
+    bench.rig.hil_sim(&[["run", "dac-friction", "--no-log", "--out", "memory"].as_slice(), &FOR_20_S].concat());
+    let serve = bench.serve(&[["--no-log", "--out", "bus"].as_slice(), &FOR_20_S].concat());
+    let drive = bench.drive(&FOR_20_S).finish().expect_status(0);
+    assert!(drive.stdout.contains("the other side ended the run"), "{}", drive.stdout);
+    serve.finish().expect_status(0);
+    let (memory, bus) = (bench.rig.summary("memory"), bench.rig.summary("bus"));
+    assert_eq!(number(&bus, "/simulated_s"), 20.0);
+    assert!(number(&bus, "/bus/frames") > 20_000.0, "the drives were driven");
+    assert_eq!(bus["frames_blake3"], memory["frames_blake3"]);
+    assert_eq!(bus["tracking"], memory["tracking"]);
+}
+
+#[test]
+fn over_tcp() {
+    assert_same_frames(&Bench::over_tcp());
+}
+
+#[test]
+#[ignore = "needs vcan0"]
+fn over_vcan() {
+    assert_same_frames(&Bench::over_vcan());
+}
+
+#[test]
+#[ignore = "needs can0 and can1 on one bus"]
+fn over_a_card() {
+    assert_same_frames(&Bench::between("can1".to_owned(), "can0".to_owned()));
+}

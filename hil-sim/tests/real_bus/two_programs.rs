@@ -1,0 +1,165 @@
+//! Both ends of a bus as processes that are waited for, and ended whatever
+//! happens.
+
+#![allow(clippy::disallowed_methods, reason = "other programs are waited for")]
+
+use std::fs::File;
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::rig::{Rig, Run, finish};
+
+/// The environment variable that names the Python interpreter.
+pub const PYTHON: &str = "CANLOOP_TEST_PYTHON";
+
+/// Longer than anything here takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A folder, and a bus with two ends.
+pub struct Bench {
+    pub rig: Rig,
+    serve_bus: String,
+    drive_bus: String,
+}
+
+/// A program that runs. It is killed when it is dropped.
+pub struct Running {
+    name: &'static str,
+    child: Child,
+    stdout: PathBuf,
+    stderr: PathBuf,
+}
+
+impl Bench {
+    /// A bus that `hil-sim serve` hosts.
+    pub fn over_tcp() -> Self {
+        let port = free_port();
+        Self::between(format!("tcp-listen://127.0.0.1:{port}/can0"), format!("tcp://127.0.0.1:{port}/can0"))
+    }
+
+    /// The kernel's virtual bus.
+    pub fn over_vcan() -> Self {
+        Self::between("vcan0".to_owned(), "vcan0".to_owned())
+    }
+
+    /// A bus whose ends have these addresses.
+    pub fn between(serve_bus: String, drive_bus: String) -> Self {
+        Self { rig: Rig::new(), serve_bus, drive_bus }
+    }
+
+    /// The address for others than `hil-sim serve`.
+    pub fn address(&self) -> &str {
+        &self.drive_bus
+    }
+
+    /// `hil-sim serve` of the shipped scenario, once it is on the bus.
+    pub fn serve(&self, args: &[&str]) -> Running {
+        let mut command = self.rig.command(&["serve", "dac-friction", "--bus", &self.serve_bus]);
+        command.args(args);
+        let mut serve = self.start("serve", &mut command);
+        serve.wait_until("it serves", |serve| serve.told().contains("serving dac-friction"));
+        serve
+    }
+
+    /// `canloop drive` of the shipped robot.
+    pub fn drive(&self, args: &[&str]) -> Running {
+        let config = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/dac-friction.toml");
+        let mut command = Command::new(canloop());
+        command.args(["drive", "--pace", "lockstep", "--bus", &self.drive_bus, "--config", config]).args(args);
+        self.start("drive", &mut command)
+    }
+
+    /// Any program, in the folder.
+    pub fn start(&self, name: &'static str, command: &mut Command) -> Running {
+        let (stdout, stderr) = (self.rig.path(&format!("{name}.out")), self.rig.path(&format!("{name}.err")));
+        let create = |path: &Path| File::create(path).expect("the folder is writable");
+        let child = command
+            .current_dir(self.rig.path(""))
+            .stdin(Stdio::null())
+            .stdout(create(&stdout))
+            .stderr(create(&stderr))
+            .spawn()
+            .unwrap_or_else(|error| panic!("{name}: {error}"));
+        Running { name, child, stdout, stderr }
+    }
+}
+
+impl Running {
+    /// What it has written to standard output so far.
+    pub fn told(&self) -> String {
+        std::fs::read_to_string(&self.stdout).expect("it writes UTF-8")
+    }
+
+    /// Waits until something is so; the program must still run.
+    pub fn wait_until(&mut self, what: &str, mut is_so: impl FnMut(&Self) -> bool) {
+        let start = Instant::now();
+        while !is_so(self) {
+            let ended = self.child.try_wait().expect("it is our child");
+            assert_eq!(ended, None, "{} ended before {what}: {}", self.name, self.read().stderr);
+            assert!(start.elapsed() < PATIENCE, "{} runs, and {what} never", self.name);
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// Waits until a file that it writes has so many bytes.
+    pub fn wait_for_bytes(&mut self, file: &Path, bytes: u64) {
+        self.wait_until("it wrote enough", |_| file.metadata().is_ok_and(|found| found.len() >= bytes));
+    }
+
+    /// Sends it a signal, by the name that kill(1) knows.
+    pub fn signal(&self, name: &str) {
+        let sent = Command::new("sh").args(["-c", &format!("kill -{name} {}", self.child.id())]).status();
+        assert!(sent.expect("there is a shell").success());
+    }
+
+    /// Waits until it has ended by itself.
+    pub fn finish(mut self) -> Run {
+        let start = Instant::now();
+        let status = loop {
+            if let Some(status) = self.child.try_wait().expect("it is our child") {
+                break status;
+            }
+            assert!(start.elapsed() < PATIENCE, "{} does not end:\n{}", self.name, self.told());
+            std::thread::sleep(Duration::from_millis(10));
+        };
+        Run { status: status.code(), ..self.read() }
+    }
+
+    fn read(&self) -> Run {
+        let stderr = std::fs::read_to_string(&self.stderr).expect("it writes UTF-8");
+        Run { status: None, stdout: self.told(), stderr }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // It may have ended long ago.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The interpreter itself, which a virtual machine finds faster than its
+/// wrappers.
+pub fn python() -> String {
+    std::env::var(PYTHON).unwrap_or_else(|_| {
+        let wrapper = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scripts/python");
+        let asked = finish(Command::new(wrapper).args(["-c", "import sys; print(sys.executable)"]));
+        asked.expect_status(0).stdout.trim().to_owned()
+    })
+}
+
+/// The program `canloop`, built beside this package's.
+pub fn canloop() -> PathBuf {
+    let path = Path::new(env!("CARGO_BIN_EXE_hil-sim")).with_file_name("canloop");
+    assert!(path.is_file(), "{} is missing: run `cargo test --workspace`, which builds it", path.display());
+    path
+}
+
+/// A port that nobody uses.
+pub fn free_port() -> u16 {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("there are free ports");
+    listener.local_addr().expect("it is bound").port()
+}
