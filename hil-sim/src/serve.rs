@@ -76,6 +76,8 @@ enum Heard {
     Sync(u64, Option<End>),
 }
 
+/// For how long a controller may say goodbye.
+const FAREWELL: Duration = Duration::from_millis(100);
 /// How often to look whether somebody wants to stop.
 const LOOK_UP: Duration = Duration::from_millis(100);
 
@@ -119,7 +121,9 @@ impl<'r, S: Sink> Server<'r, S> {
             }
             heard = self.clock.now();
         };
-        if !matches!(end, ServeEnd::Run(End::Finished | End::Diverged)) {
+        if matches!(end, ServeEnd::Run(End::Finished | End::Diverged)) {
+            self.hear_the_controller_out();
+        } else {
             self.let_the_wire_finish();
         }
         let outcome = Outcome { end: end.of_the_run(), ticks: tick, wire: *self.far_side.wire_stats(), state: None };
@@ -143,6 +147,13 @@ impl<'r, S: Sink> Server<'r, S> {
 
     fn is_for_drives(&self, frame: &Frame) -> bool {
         matches!(self.profile.decode(frame), Ok(Message::Sync { .. } | Message::Command(..)))
+    }
+
+    /// A run that is over counts no more frames, but who hangs up on a
+    /// controller in mid-sentence may keep it from hearing that it is over.
+    fn hear_the_controller_out(&mut self) {
+        let deadline = self.clock.now() + FAREWELL;
+        while self.clock.now() < deadline && self.bus.receive(deadline).is_ok() {}
     }
 
     /// What the controller said last is still on the wire, with no SYNC behind

@@ -91,7 +91,7 @@ impl<'r, S: Sink> LockStep<'r, S> {
     fn step(&mut self, now: Instant, stop: &AtomicBool) -> Result<StepEnd, End> {
         let deadline = self.clock.now() + self.patience;
         loop {
-            self.drain(now).map_err(End::Lost)?;
+            let unsent = self.drain(now).err();
             if stop.load(Ordering::Relaxed) {
                 return Err(End::Stopped);
             }
@@ -101,14 +101,18 @@ impl<'r, S: Sink> LockStep<'r, S> {
             }
             let pause = if self.waiting.is_some() { SOON } else { LOOK_UP };
             let look_again = deadline.min(self.clock.now() + pause);
-            match self.bus.receive(look_again).map_err(End::Lost)? {
-                Some((_, Arrival::Frame(frame))) => match self.step_end.decode(&frame) {
+            match (self.bus.receive(look_again), unsent) {
+                (Ok(Some((_, Arrival::Frame(frame)))), _) => match self.step_end.decode(&frame) {
                     Some(step_end) if self.follows(step_end) => return Ok(step_end),
                     Some(_) => {}
                     None => self.take(now, &frame),
                 },
-                Some((_, Arrival::Down | Arrival::State(ControllerState::BusOff))) => self.stack.trip(Reason::BusLost),
-                Some(_) | None => {}
+                // A side that has gone may have said before that all is over.
+                (_, Some(error)) | (Err(error), None) => return Err(End::Lost(error)),
+                (Ok(Some((_, Arrival::Down | Arrival::State(ControllerState::BusOff)))), None) => {
+                    self.stack.trip(Reason::BusLost);
+                }
+                (Ok(_), None) => {}
             }
         }
     }

@@ -47,7 +47,7 @@ fn serve_after_its_controller_was_killed(bench: &Bench) -> Run {
     drive.signal("KILL");
     let serve = serve.finish().expect_status(1);
     assert!(serve.stdout.contains("nothing came from the controller for 1 s"), "{}", serve.stdout);
-    assert_eq!(bench.rig.summary("runs")["end"], "interrupted");
+    assert_eq!(bench.rig.summary("runs")["end"], "silent");
     serve
 }
 
