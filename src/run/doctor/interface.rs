@@ -97,7 +97,9 @@ fn bit_rate(name: &str, link: &CanLink) -> Check {
         (Some(nominal), Some(data)) => Check::ok(BIT_RATE, format!("{nominal} bit/s, data {data} bit/s")),
         (Some(nominal), None) => Check::ok(BIT_RATE, format!("{nominal} bit/s")),
         (None, _) => {
-            let mend = format!("ip link set {name} type can bitrate {USUAL_BIT_RATE} # the one of the other nodes");
+            // Works too when the command above it has just been run.
+            let up = switch_on(name, link);
+            let mend = format!("ip link set {name} down && {up} # the bit rate of the other nodes");
             Check::missing(BIT_RATE, "never set", mend)
         }
     }
@@ -225,7 +227,7 @@ mod tests {
     fn a_bit_rate_that_was_never_set_is_missing() {
         let (name, outcome, mend) = fault(&CanLink { bit_rate_bit_s: None, ..CARD });
         assert_eq!((name, outcome), (BIT_RATE, Outcome::Missing));
-        assert!(mend.starts_with("ip link set can0 type can bitrate 500000"), "{mend}");
+        assert!(mend.starts_with("ip link set can0 down && ip link set can0 up type can bitrate 500000"), "{mend}");
     }
 
     #[test]
