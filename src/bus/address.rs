@@ -19,29 +19,50 @@ pub struct OpenOptions<'a> {
     pub allow_others: bool,
 }
 
-/// Opens the bus at `address`: an interface of the Linux kernel (`can0`,
-/// `vcan0`), `tcp://HOST:PORT/NAME` for a bus of a socketcand server, or
-/// `tcp-listen://HOST:PORT/NAME` to be that server.
+/// Where a bus is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Address {
+    /// `can0`: an interface of the Linux kernel.
+    Interface(String),
+    /// `tcp://HOST:PORT/NAME`: a bus of a socketcand server.
+    Server(Endpoint),
+    /// `tcp-listen://HOST:PORT/NAME`: a bus that this program serves.
+    Listen(Endpoint),
+}
+
+impl Address {
+    /// Reads an address as users write it; looks for nothing.
+    ///
+    /// # Errors
+    /// Text of another form, with the forms there are.
+    pub fn parse(text: &str) -> Result<Self, Problem> {
+        match text.split_once("://") {
+            Some(("tcp", endpoint)) => Ok(Self::Server(Endpoint::parse(endpoint)?)),
+            Some(("tcp-listen", endpoint)) => Ok(Self::Listen(Endpoint::parse(endpoint)?)),
+            None if is_interface_name(text) => Ok(Self::Interface(text.to_owned())),
+            _ => Err(Problem::bare(format!("{text:?} is no bus")).help(
+                "expected a CAN interface such as can0 or vcan0, tcp://HOST:PORT/NAME for a bus of a socketcand \
+                 server, or tcp-listen://HOST:PORT/NAME to host one",
+            )),
+        }
+    }
+}
+
+/// Opens the bus at `address`, which [`Address`] has the forms of.
 ///
 /// # Errors
 /// An address of another form, or a bus that cannot be had as `options` want
 /// it: what was found, and what to do about it.
 pub fn open(address: &str, options: &OpenOptions, clock: Clock) -> Result<Box<dyn Bus + Send>, Problem> {
-    match address.split_once("://") {
-        Some(("tcp", endpoint)) => {
-            let Endpoint { host, port, bus_name } = Endpoint::parse(endpoint)?;
+    match Address::parse(address)? {
+        Address::Server(Endpoint { host, port, bus_name }) => {
             Ok(Box::new(Socketcand::connect(&host, port, &bus_name, clock)?))
         }
-        Some(("tcp-listen", endpoint)) => {
-            let endpoint = Endpoint::parse(endpoint)?;
+        Address::Listen(endpoint) => {
             let listen_at = endpoint.to_listen_address()?;
             Ok(Box::new(Hub::listen(listen_at, &endpoint.bus_name, clock, options.allow_others)?))
         }
-        None if is_interface_name(address) => open_interface(address, options, clock),
-        _ => Err(Problem::bare(format!("{address:?} is no bus")).help(
-            "expected a CAN interface such as can0 or vcan0, tcp://HOST:PORT/NAME for a bus of a socketcand server, \
-                 or tcp-listen://HOST:PORT/NAME to host one",
-        )),
+        Address::Interface(name) => open_interface(&name, options, clock),
     }
 }
 

@@ -14,7 +14,7 @@ pub mod socketcand;
 
 use std::fmt;
 
-pub use address::{OpenOptions, open};
+pub use address::{Address, OpenOptions, open};
 #[cfg(target_os = "linux")]
 pub use can_link::{CanLink, LinkError};
 pub use frame_bits::{data_phase_bits, frame_bits};

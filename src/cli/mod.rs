@@ -1,5 +1,7 @@
 //! The command line of `canloop`.
 
+#[cfg(target_os = "linux")]
+mod doctor;
 mod drive;
 mod stop;
 
@@ -27,6 +29,9 @@ struct Cli {
 enum Command {
     /// Drive a robot: run the control stack on a CAN bus
     Drive(drive::Args),
+    /// Look at what this machine, and a bus, allow a control loop
+    #[cfg(target_os = "linux")]
+    Doctor(doctor::Args),
     /// Print the messages of a drive profile as a Markdown table
     #[command(after_help = "\
 Examples:
@@ -43,6 +48,8 @@ Examples:
 pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Drive(args) => drive::run(&args),
+        #[cfg(target_os = "linux")]
+        Command::Doctor(args) => doctor::run(&args),
         Command::Messages { profile } => messages(&profile),
     };
     result.unwrap_or_else(|problems| {

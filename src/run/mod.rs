@@ -2,6 +2,8 @@
 //! read a clock or wait.
 
 mod clock;
+#[cfg(target_os = "linux")]
+pub mod doctor;
 mod lockstep;
 mod priority;
 mod punctuality;
