@@ -13,9 +13,9 @@ pub struct Priority {
     pub memory: Result<(), String>,
 }
 
-/// Above ordinary interrupts' threads (50) is asking for trouble: at the top,
-/// a loop that goes wrong starves what would stop it.
-const FIFO_PRIORITY: i32 = 40;
+/// Above everything ordinary, below the kernel's threads for interrupts, which
+/// are at 50: at the top, a loop that goes wrong starves what would stop it.
+pub(super) const FIFO_PRIORITY: i32 = 40;
 
 /// Asks for the calling thread: SCHED_FIFO and locked memory.
 pub fn raise() -> Priority {

@@ -2,6 +2,7 @@
 //! be woken on time.
 
 use super::{Check, Machine};
+use crate::run::priority::FIFO_PRIORITY;
 
 const FIFO: &str = "SCHED_FIFO";
 const LOCKED_MEMORY: &str = "locked memory";
@@ -10,9 +11,8 @@ const LIMITS: &str = "proc/self/limits";
 const STATUS: &str = "proc/self/status";
 const TIMER_SLACK_FILE: &str = "proc/self/timerslack_ns";
 
-/// The priority that the loop asks for: above everything ordinary, below the
-/// kernel's threads for interrupts, which are at 50.
-const PRIORITY: u64 = 40;
+/// The priority that the loop asks for.
+const PRIORITY: u64 = FIFO_PRIORITY as u64;
 /// Room for the program, the stacks of its threads and what the allocator
 /// holds in reserve, all of which counts as locked.
 const LOCKED_MEMORY_BYTES: u64 = 256 << 20;
