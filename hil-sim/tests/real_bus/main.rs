@@ -28,6 +28,7 @@ fn all_of_it_holds_on_the_kernels_virtual_bus() {
 /// Runs the ignored tests of this name through a script that gives them a
 /// kernel with CAN.
 fn run_where_there_is(script: &str, tests: &str) {
+    two_programs::canloop();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scripts").join(script);
     let ran = Command::new(&script)
         .arg("--")
