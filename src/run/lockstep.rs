@@ -8,6 +8,7 @@ use crate::bus::{Arrival, Bus, BusError, ControllerState};
 use crate::event::{BusFrame, Event, Sink};
 use crate::frame::Frame;
 use crate::run::Clock;
+use crate::run::outlet::Outlet;
 use crate::safety::{Reason, State};
 use crate::schema::{StepEnd, StepEndCodec};
 use crate::stack::Stack;
@@ -20,8 +21,7 @@ pub struct LockStep<'r, S> {
     sink: &'r mut S,
     clock: Clock,
     step_end: StepEndCodec,
-    /// A frame for which the transmit queue had no room.
-    waiting: Option<Frame>,
+    outlet: Outlet,
     /// The last marker's number: the next one's is one more.
     last_tick: Option<u32>,
     /// How long, by the wall clock, the other side may be silent.
@@ -53,7 +53,16 @@ const GOODBYE: Duration = Duration::from_millis(100);
 impl<'r, S: Sink> LockStep<'r, S> {
     /// A run of `stack`, which is to wake up first at [`Instant::ZERO`].
     pub fn new(stack: Stack, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock, patience: Duration) -> Self {
-        Self { stack, bus, sink, clock, step_end: StepEndCodec::builtin(), waiting: None, last_tick: None, patience }
+        Self {
+            stack,
+            bus,
+            sink,
+            clock,
+            step_end: StepEndCodec::builtin(),
+            outlet: Outlet::default(),
+            last_tick: None,
+            patience,
+        }
     }
 
     /// Runs until the other side has had enough, or `stop` says so. The last
@@ -79,7 +88,7 @@ impl<'r, S: Sink> LockStep<'r, S> {
         self.stack.farewell();
         let now = self.stack.next_wakeup();
         let deadline = self.clock.now() + GOODBYE;
-        while self.drain(now).is_ok() && self.waiting.is_some() && self.clock.now() < deadline {
+        while self.drain(now).is_ok() && self.outlet.is_blocked() && self.clock.now() < deadline {
             if self.bus.receive(self.clock.now() + SOON).is_err() {
                 return;
             }
@@ -99,7 +108,7 @@ impl<'r, S: Sink> LockStep<'r, S> {
             if self.clock.now() >= deadline {
                 return Err(End::Silent);
             }
-            let pause = if self.waiting.is_some() { SOON } else { LOOK_UP };
+            let pause = if self.outlet.is_blocked() { SOON } else { LOOK_UP };
             let look_again = deadline.min(self.clock.now() + pause);
             match (self.bus.receive(look_again), unsent) {
                 (Ok(Some((_, Arrival::Frame(frame)))), _) => match self.step_end.decode(&frame) {
@@ -132,21 +141,7 @@ impl<'r, S: Sink> LockStep<'r, S> {
         self.stack.handle_frame(now, frame);
     }
 
-    /// Tells what happened and sends what the bus takes; the rest waits.
     fn drain(&mut self, now: Instant) -> Result<(), BusError> {
-        while let Some(event) = self.stack.poll_event() {
-            self.sink.event(now, &event);
-        }
-        while let Some(frame) = self.waiting.take().or_else(|| self.stack.poll_transmit()) {
-            match self.bus.send(&frame) {
-                Ok(()) => self.sink.event(now, &Event::Frame(BusFrame { bus: 0, sent_by_stack: true, frame })),
-                Err(BusError::Full) => {
-                    self.waiting = Some(frame);
-                    break;
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(())
+        self.outlet.drain(&mut self.stack, self.bus, self.sink, now)
     }
 }

@@ -5,6 +5,7 @@ mod clock;
 #[cfg(target_os = "linux")]
 pub mod doctor;
 mod lockstep;
+mod outlet;
 mod priority;
 mod punctuality;
 mod realtime;

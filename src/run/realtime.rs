@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::bus::{Arrival, Bus, BusError, ControllerState};
 use crate::event::{BusFrame, Event, Notice, Sink, Timing};
 use crate::frame::Frame;
+use crate::run::outlet::Outlet;
 use crate::run::{Clock, End};
 use crate::safety::{Reason, State};
 use crate::stack::Stack;
@@ -20,8 +21,7 @@ pub struct RealTime<'r, S> {
     bus: &'r mut dyn Bus,
     sink: &'r mut S,
     clock: Clock,
-    /// A frame for which the transmit queue had no room.
-    waiting: Option<Frame>,
+    outlet: Outlet,
     /// Periods in a row that began with frames still waiting.
     blocked_periods: u32,
     timing: Timing,
@@ -46,7 +46,7 @@ impl<'r, S: Sink> RealTime<'r, S> {
             bus,
             sink,
             clock,
-            waiting: None,
+            outlet: Outlet::default(),
             blocked_periods: 0,
             timing: Timing::default(),
             last_wakeup: None,
@@ -60,8 +60,7 @@ impl<'r, S: Sink> RealTime<'r, S> {
     pub fn run(mut self, stop: &AtomicBool, until: Instant) -> (End, State) {
         let looped = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.go_on(stop, until)));
         let state = self.stack.state();
-        self.waiting = None;
-        while self.stack.poll_transmit().is_some() {}
+        self.outlet.give_up(&mut self.stack);
         self.stack.farewell();
         let now = self.clock.now();
         // Whatever the state of the bus: there is nothing better left to try.
@@ -97,7 +96,7 @@ impl<'r, S: Sink> RealTime<'r, S> {
     /// Waits for what comes next, and lets the stack have it.
     fn wait(&mut self, now: Instant) -> Result<(), BusError> {
         let wakeup = self.stack.next_wakeup();
-        let pause = if self.waiting.is_some() { SOON } else { LOOK_UP };
+        let pause = if self.outlet.is_blocked() { SOON } else { LOOK_UP };
         match self.bus.receive(wakeup.min(now + pause))? {
             Some((at, Arrival::Frame(frame))) => self.take(at, &frame),
             Some((_, Arrival::Down | Arrival::State(ControllerState::BusOff))) => self.stack.trip(Reason::BusLost),
@@ -140,32 +139,17 @@ impl<'r, S: Sink> RealTime<'r, S> {
     /// A command that could not leave in its period is worth nothing in the
     /// next.
     fn give_up_what_waits(&mut self) {
-        if self.waiting.take().is_none() {
+        if !self.outlet.give_up(&mut self.stack) {
             self.blocked_periods = 0;
             return;
         }
-        while self.stack.poll_transmit().is_some() {}
         self.blocked_periods += 1;
         if self.blocked_periods >= BLOCKED_PERIODS {
             self.stack.trip(Reason::BusLost);
         }
     }
 
-    /// Tells what happened and sends what the bus takes; the rest waits.
     fn drain(&mut self, now: Instant) -> Result<(), BusError> {
-        while let Some(event) = self.stack.poll_event() {
-            self.sink.event(now, &event);
-        }
-        while let Some(frame) = self.waiting.take().or_else(|| self.stack.poll_transmit()) {
-            match self.bus.send(&frame) {
-                Ok(()) => self.sink.event(now, &Event::Frame(BusFrame { bus: 0, sent_by_stack: true, frame })),
-                Err(BusError::Full) => {
-                    self.waiting = Some(frame);
-                    break;
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(())
+        self.outlet.drain(&mut self.stack, self.bus, self.sink, now)
     }
 }
