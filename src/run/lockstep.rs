@@ -84,12 +84,16 @@ impl<'r, S: Sink> LockStep<'r, S> {
     }
 
     /// Whatever the state of the bus: there is nothing better left to try.
+    ///
+    /// What still comes is taken until the end: a network connection that is
+    /// closed with something unread is reset, and takes the last words with it.
     fn say_goodbye(&mut self) {
         self.stack.farewell();
         let now = self.stack.next_wakeup();
         let deadline = self.clock.now() + GOODBYE;
-        while self.drain(now).is_ok() && self.outlet.is_blocked() && self.clock.now() < deadline {
-            if self.bus.receive(self.clock.now() + SOON).is_err() {
+        while self.drain(now).is_ok() && self.clock.now() < deadline {
+            let pause = if self.outlet.is_blocked() { SOON } else { GOODBYE };
+            if self.bus.receive(deadline.min(self.clock.now() + pause)).is_err() {
                 return;
             }
         }
