@@ -24,7 +24,7 @@ use crate::wheels::{Wheel, Wheels};
 
 mod config;
 
-pub use config::{DriveConfig, StackConfig};
+pub use config::{DriveConfig, RobotFile, StackConfig};
 
 /// The control stack of a two-wheeled robot.
 pub struct Stack {
@@ -168,9 +168,7 @@ impl Stack {
         }
         self.next_sync += self.period;
         self.sync_at = at;
-        self.sync_sent = self.sync_counter;
-        self.send(&Message::Sync { counter: self.sync_counter });
-        self.sync_counter = self.profile.next_sync_counter(self.sync_counter);
+        self.send_sync();
         self.drives = self.drives.map(|drive| drive.begin_period(self.ticks > 0));
         self.awaiting_feedback = true;
         self.oddities_left = ODDITIES_A_PERIOD;
@@ -202,10 +200,11 @@ impl Stack {
     }
 
     /// Says goodbye: both drives are told at once to let go, whatever the
-    /// state. What a runtime sends last.
+    /// state, and a last SYNC puts that into force. What a runtime sends last.
     pub fn farewell(&mut self) {
         self.stop();
         self.command(Wheels::default());
+        self.send_sync();
     }
 
     /// The next frame to send.
@@ -270,7 +269,10 @@ impl Stack {
     }
 
     fn take_state(&mut self, wheel: Wheel, state: DriveState) {
-        self.drives[wheel].state = Some(state);
+        let before = self.drives[wheel].state.replace(state);
+        if state == DriveState::Fault && before != Some(state) {
+            self.notice("drive-in-fault", "a drive is in its fault state, and stays there until it is cleared");
+        }
         match (self.gate.state(), state) {
             (_, DriveState::Fault) => self.trip(Reason::DriveFault),
             (State::Running, DriveState::Ready | DriveState::Boot) => {
@@ -325,6 +327,12 @@ impl Stack {
         if self.gate.state() == State::Running {
             self.controller.advance();
         }
+    }
+
+    fn send_sync(&mut self) {
+        self.sync_sent = self.sync_counter;
+        self.send(&Message::Sync { counter: self.sync_counter });
+        self.sync_counter = self.profile.next_sync_counter(self.sync_counter);
     }
 
     /// Sends both drives a torque, N m, and what state to be in.

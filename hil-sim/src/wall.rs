@@ -26,7 +26,8 @@ pub struct WallServer<'r, S> {
     period: Duration,
     /// The moment the plant stands at, once a first SYNC has come.
     plant_at: Option<Instant>,
-    frames: u64,
+    /// What passed through the bus.
+    wire: WireStats,
     ignored: u64,
     ticks: u64,
 }
@@ -46,7 +47,7 @@ impl<'r, S: Sink> WallServer<'r, S> {
             route: Route::new(scenario),
             period: scenario.stack.period,
             plant_at: None,
-            frames: 0,
+            wire: WireStats::default(),
             ignored: 0,
             ticks: scenario.ticks(),
         }
@@ -71,7 +72,7 @@ impl<'r, S: Sink> WallServer<'r, S> {
         let outcome = Outcome {
             end: end.of_the_run(),
             ticks: self.robot.ticks().saturating_sub(1),
-            wire: WireStats { frames: self.frames, ..WireStats::default() },
+            wire: self.wire,
             state: None,
         };
         Served { end, outcome, ignored: self.ignored }
@@ -82,12 +83,11 @@ impl<'r, S: Sink> WallServer<'r, S> {
         let missed = self.plant_at.map_or(Instant::MAX, |at| at + self.period * 2);
         let deadline = self.robot.next_wakeup().min(missed).min(now + LOOK_UP);
         let mut happened = Happened::Nothing;
-        if let Some((at, Arrival::Frame(frame))) = self.bus.receive(deadline)? {
-            if self.robot.is_addressed_by(&frame) {
-                happened = self.take(at, &frame);
-            } else {
-                self.ignored += 1;
-            }
+        match self.bus.receive(deadline)? {
+            Some((at, Arrival::Frame(frame))) if self.robot.is_addressed_by(&frame) => happened = self.take(at, &frame),
+            Some((_, Arrival::Frame(_))) => self.ignored += 1,
+            Some((_, Arrival::Lost(frames))) => self.wire.lost += u64::from(frames),
+            _ => {}
         }
         let now = self.clock.now();
         if now >= self.robot.next_wakeup() {
@@ -131,7 +131,7 @@ impl<'r, S: Sink> WallServer<'r, S> {
     }
 
     fn tell_frame(&mut self, at: Instant, frame: &Frame, sent_by_stack: bool) {
-        self.frames += 1;
+        self.wire.frames += 1;
         self.sink.event(at, &Event::Frame(BusFrame { bus: 0, sent_by_stack, frame: *frame }));
     }
 }

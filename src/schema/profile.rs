@@ -157,6 +157,14 @@ impl Profile {
         self.feedback[wheel].envelope.id
     }
 
+    /// The ids of all that drives send.
+    pub fn drive_ids(&self) -> impl Iterator<Item = CanId> {
+        Wheel::BOTH.into_iter().flat_map(|wheel| {
+            [&self.feedback[wheel].envelope, &self.heartbeat[wheel].envelope, &self.fault[wheel].envelope]
+                .map(|envelope| envelope.id)
+        })
+    }
+
     /// The counter that follows `counter` in SYNC.
     pub fn next_sync_counter(&self, counter: u8) -> u8 {
         self.sync.counter.next_counter(counter)

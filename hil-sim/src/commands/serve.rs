@@ -9,9 +9,10 @@ use canloop::run::Clock;
 use canloop::time::Duration;
 
 use super::progress::Progress;
-use super::run::{conclude, record};
+use super::run::{conclude, logged_to};
 use super::{FAILED, Failure, HELD, INTERRUPTED, create_folder, interrupt, say};
 use crate::bench::End;
+use crate::recording::Recording;
 use crate::scenario::{Link, Scenario};
 use crate::serve::{ServeEnd, Served, Server};
 use crate::wall::WallServer;
@@ -75,10 +76,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         return Err(Problem::bare(found).into());
     }
     let clock = Clock::new();
-    let options = OpenOptions { allow_others: args.allow_others, ..OpenOptions::default() };
+    let options =
+        OpenOptions { bit_rate_bit_s: Some(bitrate_bit_s), allow_others: args.allow_others, ..OpenOptions::default() };
     let mut bus = bus::open(&args.bus, &options, clock)?;
     create_folder(&args.out)?;
-    let mut recording = record(&scenario, &args.out, !args.no_log)?;
+    let mut recording = logged_to(Recording::of_another_stack(&scenario), &args.out, !args.no_log)?;
     interrupt::listen();
     say(format_args!("serving {} on {}", scenario.name, args.bus));
     let mut progress = Progress::new(scenario.name.clone(), scenario.ticks());
