@@ -82,22 +82,19 @@ struct DriveView {
     /// The last state it reported.
     state: Option<DriveState>,
     /// Earlier SYNCs that it has yet to answer.
-    owed: u8,
+    owed: u32,
 }
 
 /// Odd frames of which notice is given in a period: somebody may send them as
 /// fast as the bus can.
 const ODDITIES_A_PERIOD: u8 = 3;
 
-/// Unanswered SYNCs that are remembered, fewer than a counter has values.
-const MOST_OWED: u8 = 8;
-
 impl DriveView {
     /// The same drive in the next period; if it `was_asked` in the one before
     /// and did not answer, it owes that.
     fn begin_period(self, was_asked: bool) -> Self {
-        let unanswered = u8::from(was_asked && self.fresh.is_none());
-        Self { fresh: None, owed: (self.owed + unanswered).min(MOST_OWED), ..self }
+        let unanswered = u32::from(was_asked && self.fresh.is_none());
+        Self { fresh: None, owed: self.owed.saturating_add(unanswered), ..self }
     }
 }
 

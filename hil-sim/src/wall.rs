@@ -3,7 +3,7 @@
 
 use std::ops::ControlFlow;
 
-use canloop::bus::{Arrival, Bus, BusError};
+use canloop::bus::{Arrival, Bus, BusError, frame_bits};
 use canloop::event::{BusFrame, Event, Sink};
 use canloop::frame::Frame;
 use canloop::run::Clock;
@@ -24,6 +24,7 @@ pub struct WallServer<'r, S> {
     clock: Clock,
     route: Route,
     period: Duration,
+    bit: Duration,
     /// The moment the plant stands at, once a first SYNC has come.
     plant_at: Option<Instant>,
     /// What passed through the bus.
@@ -37,7 +38,7 @@ const LOOK_UP: Duration = Duration::from_millis(20);
 
 impl<'r, S: Sink> WallServer<'r, S> {
     /// The far side of `scenario` on `bus`.
-    pub fn new(scenario: &Scenario, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock) -> Self {
+    pub fn new(scenario: &Scenario, bitrate_bit_s: u32, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock) -> Self {
         let profile = scenario.stack.profile.clone();
         Self {
             robot: VirtualRobot::new(profile, scenario.plant(), scenario.drive_spec(), clock.now()),
@@ -46,6 +47,7 @@ impl<'r, S: Sink> WallServer<'r, S> {
             clock,
             route: Route::new(scenario),
             period: scenario.stack.period,
+            bit: Duration::from_nanos(1_000_000_000 / i64::from(bitrate_bit_s)),
             plant_at: None,
             wire: WireStats::default(),
             ignored: 0,
@@ -132,6 +134,7 @@ impl<'r, S: Sink> WallServer<'r, S> {
 
     fn tell_frame(&mut self, at: Instant, frame: &Frame, sent_by_stack: bool) {
         self.wire.frames += 1;
+        self.wire.busy = self.wire.busy + self.bit * i64::from(frame_bits(frame));
         self.sink.event(at, &Event::Frame(BusFrame { bus: 0, sent_by_stack, frame: *frame }));
     }
 }

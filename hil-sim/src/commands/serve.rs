@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use canloop::bus::{self, OpenOptions};
 use canloop::config::Problem;
-use canloop::run::Clock;
+use canloop::run::{self, Clock};
 use canloop::time::Duration;
 
 use super::progress::Progress;
@@ -91,7 +91,10 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     };
     let Served { end, outcome, ignored } = match args.time {
         Time::Sync => Server::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock).run(patience, watch),
-        Time::Wall => WallServer::new(&scenario, bus.as_mut(), &mut recording, clock).run(patience, watch),
+        Time::Wall => {
+            raise_priority();
+            WallServer::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock).run(patience, watch)
+        }
     };
     progress.done();
     let summary = conclude(recording.finish(&outcome), &args.out, progress.elapsed_s())?;
@@ -106,5 +109,14 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         ServeEnd::Lost(error) => Err(Failure::Broken(error.to_string())),
         ServeEnd::Run(End::Interrupted) => Ok(ExitCode::from(INTERRUPTED)),
         ServeEnd::Run(_) => Ok(ExitCode::from(if summary.passed { HELD } else { FAILED })),
+    }
+}
+
+/// Drives answer at once; where this program may not, it says so. The log's
+/// threads run already, and keep an ordinary priority.
+fn raise_priority() {
+    let run::Priority { scheduling, memory } = run::raise();
+    for refused in [scheduling, memory].into_iter().filter_map(Result::err) {
+        say(format_args!("  degraded         {refused}"));
     }
 }
