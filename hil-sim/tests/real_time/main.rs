@@ -64,10 +64,7 @@ const TRIES: usize = 5;
 #[track_caller]
 fn assert_the_path_is_kept_to(bench: impl Fn() -> Bench, ends_with: i32) {
     let was_punctual = (0..TRIES).any(|_| the_path_is_kept_to(&bench(), ends_with));
-    assert!(
-        was_punctual,
-        "the machine is too busy: in {TRIES} tries the loop was a period late more than once in a hundred"
-    );
+    assert!(was_punctual, "the machine is too busy: it held the loop up in {TRIES} tries");
 }
 
 /// False when it was not, and the machine had held the loop up, which proves
@@ -82,7 +79,7 @@ fn the_path_is_kept_to(bench: &Bench, ends_with: i32) -> bool {
     let drive = drive.finish();
     let stack = crate::rig::read_json(&bench.rig.path("drive.json"));
     let held = serve.status == Some(0) && drive.status == Some(ends_with);
-    if !held && number(&stack, "/loop/lateness/p99_us") > 5000.0 {
+    if !held && was_held_up(&stack) {
         return false;
     }
     serve.expect_status(0);
@@ -100,6 +97,13 @@ fn the_path_is_kept_to(bench: &Bench, ends_with: i32) -> bool {
     }
     python("real_time/loop_is_logged.py", &[&bench.rig.path("drive.mcap")]);
     true
+}
+
+/// Whether a loop of 5 ms began often half a period late, or waited in vain for
+/// drives that did.
+fn was_held_up(stack: &serde_json::Value) -> bool {
+    let missed = number(stack, "/loop/missed") / number(stack, "/loop/periods").max(1.0);
+    number(stack, "/loop/lateness/p99_us") > 2500.0 || missed > 0.05
 }
 
 #[test]
