@@ -30,8 +30,10 @@ use crate::wheels::{Wheel, Wheels};
 
 mod config;
 mod drives;
+mod remainder;
 
 use drives::{DriveView, Verdict};
+use remainder::Remainder;
 
 pub use config::{DriveConfig, StackConfig};
 
@@ -71,6 +73,8 @@ pub struct Stack {
     /// The torque for drives that act when it arrives, N m: it waits for the
     /// next period.
     held_nm: Wheels<f64>,
+    /// What the last commands could not say.
+    remainder: Remainder,
     command_counters: Wheels<u8>,
     /// Wheel angles at which motion began, rad.
     origin_rad: Wheels<f64>,
@@ -121,6 +125,7 @@ impl Stack {
             commanded_nm: Wheels::default(),
             in_force_nm: [Wheels::default(); 2],
             held_nm: Wheels::default(),
+            remainder: Remainder::default(),
             command_counters: Wheels::default(),
             origin_rad: Wheels::default(),
             measured: Measured::default(),
@@ -372,7 +377,7 @@ impl Stack {
     /// Lets through what the gate lets through, and goes on to the next tick.
     fn finish_period(&mut self, wanted_nm: Wheels<f64>) {
         let before = self.gate.state();
-        let torque_sent_nm = self.gate.pass(wanted_nm);
+        let torque_sent_nm = self.pass(wanted_nm);
         if self.gate.state() != before {
             self.tell_state();
         }
@@ -384,6 +389,19 @@ impl Stack {
         if self.gate.state() == State::Running {
             self.controller.advance();
         }
+    }
+
+    /// What the gate lets through of a torque, N m, and of what the commands
+    /// before could not say.
+    fn pass(&mut self, wanted_nm: Wheels<f64>) -> Wheels<f64> {
+        if !self.profile.carries_remainder || self.gate.state() != State::Running {
+            self.remainder = Remainder::default();
+            return self.gate.pass(wanted_nm);
+        }
+        let asked_nm = self.remainder.added_to(wanted_nm);
+        let sent_nm = self.gate.pass(asked_nm);
+        self.remainder.settle(&self.profile, asked_nm, sent_nm);
+        sent_nm
     }
 
     /// Sends both drives a torque, N m, and what leads to the state wanted.

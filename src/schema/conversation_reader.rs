@@ -31,6 +31,8 @@ pub(super) struct ConversationReader<'r> {
     names: Vec<String>,
     meanings: Vec<DriveState>,
     says: Section<'r>,
+    /// What is heard in every state.
+    hears: Section<'r>,
     watchdog: Section<'r>,
     faults: Section<'r>,
 }
@@ -55,6 +57,7 @@ impl<'r> ConversationReader<'r> {
             words,
             states,
             says: root.section("says"),
+            hears: root.section("hears"),
             watchdog,
             faults: root.section("faults"),
         };
@@ -82,12 +85,8 @@ impl<'r> ConversationReader<'r> {
             let source = if section.has(wish) { section } else { &self.says };
             self.words_under(source, wish)
         });
-        let hears = section.section("hears");
-        let heard = hears.keys().into_iter().filter_map(|name| {
-            let word = self.word(&hears, name, name)?;
-            Some((word, self.state_named(&hears, name)?))
-        });
-        let hears = heard.collect();
+        let mut hears = self.heard_under(&section.section("hears"));
+        hears.extend(self.heard_under(&self.hears));
         let next = section.has("next").then(|| self.state_named(section, "next")).flatten();
         let after_s = section.number_or("after_s", 0.0, Bound::Within(0.0, 1e3));
         State {
@@ -182,6 +181,15 @@ impl<'r> ConversationReader<'r> {
     ) -> Option<Vec<(FaultCode, super::pattern::Pattern)>> {
         let named = FAULTS.iter().filter(|(key, _)| *key == "none" || self.faults.has(key));
         named.map(|&(key, fault)| Some((fault, linker.pattern(&self.faults, key, message, signal)?))).collect()
+    }
+
+    fn heard_under(&self, section: &Section<'_>) -> Vec<(WordId, StateId)> {
+        let heard = section.keys().into_iter().filter_map(|name| {
+            section.allow(&[name]);
+            let word = self.word(section, name, name)?;
+            Some((word, self.state_named(section, name)?))
+        });
+        heard.collect()
     }
 
     fn words_under(&self, section: &Section<'_>, key: &str) -> Vec<WordId> {

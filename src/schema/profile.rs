@@ -19,9 +19,14 @@ use crate::frame::{CanId, Frame, FrameKind};
 use crate::time::Duration;
 use crate::wheels::{Wheel, Wheels};
 
-/// Profiles that the program brings along: name, TOML, DBC.
-const BUILTIN: &[(&str, &str, &str)] =
-    &[("wheel_drive", include_str!("../../dbc/wheel_drive.toml"), include_str!("../../dbc/wheel_drive.dbc"))];
+/// Name, TOML and DBC of the profiles that the program brings along.
+macro_rules! builtin {
+    ($($name:literal),*) => {
+        [$(($name, include_str!(concat!("../../dbc/", $name, ".toml")), include_str!(concat!("../../dbc/", $name, ".dbc")))),*]
+    };
+}
+
+const BUILTIN: &[(&str, &str, &str)] = &builtin!["wheel_drive", "cia402"];
 
 /// A kind of drive, and how to speak with one on each wheel.
 #[derive(Clone, Debug)]
@@ -40,6 +45,9 @@ pub struct Profile {
     pub asks: Asks,
     /// When a command goes into force.
     pub acts: Acts,
+    /// Whether what a command's frame cannot say of a torque is said with the
+    /// next.
+    pub carries_remainder: bool,
     /// How often a drive sends feedback that nobody asks for.
     pub feedback_period: Option<Duration>,
     /// How often a drive gives a sign of life, if it does.

@@ -42,8 +42,8 @@ const ACTS: [(&str, Acts); 2] = [("at sync", Acts::AtSync), ("on arrival", Acts:
 const ROUNDINGS: [(&str, Rounding); 2] = [("nearest", Rounding::Nearest), ("truncate", Rounding::Truncate)];
 
 const SYNC_KEYS: [&str; 3] = ["message", "counter", "crc"];
-const COMMAND_KEYS: [&str; 8] =
-    ["message", "acts", "torque", "torque_unit", "torque_at", "constants", "counter", "crc"];
+const COMMAND_KEYS: [&str; 9] =
+    ["remainder", "message", "acts", "torque", "torque_unit", "torque_at", "constants", "counter", "crc"];
 const FEEDBACK_KEYS: [&str; 16] = [
     "message",
     "position",
@@ -94,6 +94,7 @@ pub(super) fn profile(root: &Section<'_>, toml: &Document, dbc: Dbc) -> Option<P
         .feedback
         .iter()
         .any(|section| section.choice("torque_applied_is", &[("the last", false), ("the mean", true)], false));
+    let carries_remainder = reader.command.choice("remainder", &[("carried", true), ("dropped", false)], false);
     let (asks, acts) = (reader.asks, reader.command.choice("acts", &ACTS, true));
     let (sync, command, (feedback_period, feedback)) = (sync?, command?, feedback?);
     let ((heartbeat_period, heartbeat), fault, words) = (heartbeat?, fault?, words?);
@@ -112,6 +113,7 @@ pub(super) fn profile(root: &Section<'_>, toml: &Document, dbc: Dbc) -> Option<P
         plate,
         asks,
         acts,
+        carries_remainder,
         feedback_period,
         heartbeat_period,
         watchdog,
