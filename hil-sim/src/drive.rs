@@ -117,7 +117,7 @@ impl Drive {
     /// Takes a word that came by itself.
     pub fn hear(&mut self, word: WordId) {
         if let Some(next) = self.conversation.hears(self.memory.state, word) {
-            self.enter(next);
+            self.enter_by(word, next);
         }
     }
 
@@ -223,6 +223,13 @@ impl Drive {
         }
     }
 
+    fn enter_by(&mut self, word: WordId, state: StateId) {
+        match self.conversation.raises(word) {
+            FaultCode::None => self.enter(state),
+            fault => self.fail(state, fault),
+        }
+    }
+
     fn fail(&mut self, state: StateId, fault: FaultCode) {
         self.enter(state);
         self.memory.fault = fault;
@@ -249,9 +256,14 @@ impl Drive {
         }
         let Some(command) = self.memory.pending else { return };
         let is_new = |word: &WordId| !self.conversation.is_edge(*word) || self.memory.last_word != Some(*word);
-        let heard = command.word.filter(is_new).and_then(|word| self.conversation.hears(self.memory.state, word));
+        let heard = command
+            .word
+            .filter(is_new)
+            .and_then(|word| Some((word, self.conversation.hears(self.memory.state, word)?)));
         self.memory.last_word = command.word;
-        if let Some(next) = heard.or_else(|| self.conversation.commanded(self.memory.state)) {
+        if let Some((word, next)) = heard {
+            self.enter_by(word, next);
+        } else if let Some(next) = self.conversation.commanded(self.memory.state) {
             self.enter(next);
         }
     }

@@ -66,6 +66,10 @@ impl VirtualRobot {
     /// the plant on by `span_s`. What is no drive's business, or corrupt, is
     /// ignored, as a drive would.
     pub fn handle_frame(&mut self, frame: &Frame, span_s: f64) -> bool {
+        if let Some(each) = self.profile.broadcast(frame) {
+            let began = each.map(|frame| self.handle_frame(&frame, span_s));
+            return began.right || began.left;
+        }
         let Ok(message) = self.profile.decode(frame) else { return false };
         let begins = match message {
             Message::Sync { .. } => true,

@@ -42,6 +42,8 @@ pub(super) struct Word {
     pub name: String,
     /// Whether it acts only when the command before did not say it.
     pub is_edge: bool,
+    /// The fault that it raises where it leads to a fault.
+    pub raises: FaultCode,
     /// Whether it stands in the command itself.
     pub is_in_command: bool,
 }
@@ -113,6 +115,11 @@ impl Conversation {
     /// Whether a word counts only when it was not said just before.
     pub fn is_edge(&self, word: WordId) -> bool {
         self.words[usize::from(word.0)].is_edge
+    }
+
+    /// The fault that a word raises where it leads to a fault.
+    pub fn raises(&self, word: WordId) -> FaultCode {
+        self.words[usize::from(word.0)].raises
     }
 
     /// Where a command of a torque leads a drive in this state, if anywhere.

@@ -22,7 +22,7 @@ const MEANINGS: [(&str, DriveState); 4] = [
 const WISHES: [&str; 3] = ["disable", "enable", "clear_fault"];
 
 /// Keys of a word that are no signals.
-const WORD_KEYS: [&str; 3] = ["message", "bytes", "edge"];
+const WORD_KEYS: [&str; 5] = ["message", "shortest", "bytes", "edge", "raises"];
 
 /// `[words]`, `[says]`, `[[state]]`, `[watchdog]` and `[faults]`, opened.
 pub(super) struct ConversationReader<'r> {
@@ -74,6 +74,7 @@ impl<'r> ConversationReader<'r> {
         let words = self.words.iter().map(|(name, section)| Word {
             name: (*name).to_owned(),
             is_edge: section.boolean_or("edge", false),
+            raises: if section.has("raises") { section.choice("raises", &FAULTS, true) } else { FaultCode::None },
             is_in_command: !section.has("message"),
         });
         Conversation { words: words.collect(), states: (0..self.states.len()).map(|index| self.state(index)).collect() }

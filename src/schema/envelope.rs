@@ -9,6 +9,8 @@ use crate::frame::{CanId, Frame, FrameKind};
 pub(super) struct Envelope {
     pub id: CanId,
     pub len: usize,
+    /// The least length that others may send it with; what is missing is 0.
+    pub shortest: usize,
     pub checksum: Option<Checksum>,
 }
 
@@ -51,7 +53,7 @@ impl Envelope {
         if frame.kind == FrameKind::Remote {
             return Err(DecodeError::RemoteRequest);
         }
-        if frame.len() != self.len {
+        if frame.len() != self.len && !(self.shortest..self.len).contains(&frame.len()) {
             return Err(DecodeError::WrongLength { found: frame.len(), expected: self.len });
         }
         if let Some(checksum) = &self.checksum {
@@ -68,14 +70,6 @@ impl Envelope {
         let mut frame = Frame::zeroed(self.id, self.len);
         frame.kind = FrameKind::Remote;
         frame
-    }
-
-    /// The same message under another id.
-    pub fn readdress(&mut self, id: CanId) {
-        self.id = id;
-        if let Some(checksum) = &mut self.checksum {
-            *checksum = Checksum::new(checksum.rule.clone(), id, checksum.byte);
-        }
     }
 }
 

@@ -107,7 +107,8 @@ impl<'r> Linker<'r> {
     pub fn envelope(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Envelope> {
         let Linked { layout, .. } = message;
         let checksum = if section.has("crc") { Some(self.checksum(section, message)?) } else { None };
-        Some(Envelope { id: layout.id, len: layout.len, checksum })
+        let shortest = section.integer_or("shortest", layout.len as i64, 0, layout.len as i64) as usize;
+        Some(Envelope { id: layout.id, len: layout.len, shortest, checksum })
     }
 
     /// The values of `signal` under `key`: names, numbers, and numbers of which

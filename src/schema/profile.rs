@@ -26,7 +26,7 @@ macro_rules! builtin {
     };
 }
 
-const BUILTIN: &[(&str, &str, &str)] = &builtin!["wheel_drive", "cia402"];
+const BUILTIN: &[(&str, &str, &str)] = &builtin!["wheel_drive", "cia402", "odrive-0.6"];
 
 /// A kind of drive, and how to speak with one on each wheel.
 #[derive(Clone, Debug)]
@@ -64,7 +64,7 @@ pub struct Profile {
     /// Whether the counter of feedback is that of the SYNC it answers; else
     /// it is the drive's own.
     pub counter_echoes_sync: bool,
-    pub(super) node_id_mask: u32,
+    pub(super) addressing: Addressing,
     pub(super) sync: Option<SyncRole>,
     pub(super) command: Shared<CommandRole>,
     pub(super) feedback: Vec<Shared<FeedbackRole>>,
@@ -72,6 +72,14 @@ pub struct Profile {
     pub(super) fault: Option<Shared<FaultRole>>,
     pub(super) words: Wheels<Vec<WordRole>>,
     pub(super) roles: RoleTable,
+}
+
+/// Where an arbitration id holds the node's number.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Addressing {
+    pub mask: u32,
+    /// The number that means all nodes.
+    pub broadcast: Option<u8>,
 }
 
 /// What makes drives answer with their feedback.
@@ -196,8 +204,27 @@ impl Profile {
 
     /// Whether a frame is valid and meant for the drives.
     pub fn is_for_drives(&self, frame: &Frame) -> bool {
+        if let Some(each) = self.broadcast(frame) {
+            return each.any(|frame| self.is_for_drives(frame));
+        }
         let decoded = self.decode(frame);
         matches!(decoded, Ok(Message::Sync { .. } | Message::Command(..) | Message::Poll(..) | Message::Word(..)))
+    }
+
+    /// What each wheel's drive makes of a frame that is meant for all nodes.
+    pub fn broadcast(&self, frame: &Frame) -> Option<Wheels<Frame>> {
+        let Addressing { mask, broadcast } = self.addressing;
+        let shift = mask.trailing_zeros();
+        let raw = frame.id.raw();
+        if u32::from(broadcast?) << shift != raw & mask || self.roles.get(frame.id).is_some() {
+            return None;
+        }
+        Some(self.node_ids.map(|node| {
+            let raw = raw & !mask | u32::from(node) << shift;
+            let mut addressed = *frame;
+            addressed.id = if frame.id.is_extended() { CanId::Extended(raw) } else { CanId::Standard(raw as u16) };
+            addressed
+        }))
     }
 
     /// Whether a frame has the id of the one that begins the stack's period.

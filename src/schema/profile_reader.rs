@@ -10,7 +10,7 @@ use super::envelope::CrcRule;
 use super::linker::{Linked, Linker, NODE};
 use super::message::FaultCode;
 use super::pattern::Field;
-use super::profile::{Acts, Asks, Profile, Shared};
+use super::profile::{Acts, Addressing, Asks, Profile, Shared};
 use super::quantities::{Position, PositionScale, Rounding, Speed, Torque, TorqueScale};
 use super::role_table::{Role, RoleTable};
 use super::roles::{CommandRole, FaultRole, FeedbackRole, HeartbeatRole, SyncRole, WordRole};
@@ -42,8 +42,8 @@ const ACTS: [(&str, Acts); 2] = [("at sync", Acts::AtSync), ("on arrival", Acts:
 const ROUNDINGS: [(&str, Rounding); 2] = [("nearest", Rounding::Nearest), ("truncate", Rounding::Truncate)];
 
 const SYNC_KEYS: [&str; 3] = ["message", "counter", "crc"];
-const COMMAND_KEYS: [&str; 9] =
-    ["remainder", "message", "acts", "torque", "torque_unit", "torque_at", "constants", "counter", "crc"];
+const COMMAND_KEYS: [&str; 10] =
+    ["shortest", "remainder", "message", "acts", "torque", "torque_unit", "torque_at", "constants", "counter", "crc"];
 const FEEDBACK_KEYS: [&str; 16] = [
     "message",
     "position",
@@ -88,7 +88,10 @@ pub(super) fn profile(root: &Section<'_>, toml: &Document, dbc: Dbc) -> Option<P
     let (heartbeat, fault, words) = (reader.heartbeat(root), reader.fault(root), reader.words());
     let conversation = reader.conversation.conversation();
     let watchdog = reader.conversation.watchdog(root);
-    let (node_ids, node_id_mask) = (reader.linker.node_ids(), reader.linker.node_id_mask);
+    let node_ids = reader.linker.node_ids();
+    let broadcast = root.section("wheels");
+    let broadcast = broadcast.has("broadcast_id").then(|| broadcast.integer("broadcast_id", 0, 0xFF) as u8);
+    let addressing = Addressing { mask: reader.linker.node_id_mask, broadcast };
     let plate = Nameplate::read(&root.section("motor"), &Nameplate::default());
     let applied_is_mean = reader
         .feedback
@@ -109,7 +112,7 @@ pub(super) fn profile(root: &Section<'_>, toml: &Document, dbc: Dbc) -> Option<P
         name,
         toml_text: toml.text().to_owned(),
         node_ids,
-        node_id_mask,
+        addressing,
         plate,
         asks,
         acts,

@@ -119,7 +119,7 @@ fn scale(signal: &Signal, nm_per_unit: f64) -> TorqueScale {
         signal.encode(&mut data, beyond);
         signal.decode(&data)
     };
-    let (mut minimum, mut maximum) = (end(f64::NEG_INFINITY), end(f64::INFINITY));
+    let (mut minimum, mut maximum) = (end(f64::MIN), end(f64::MAX));
     if signal.minimum < signal.maximum {
         minimum = minimum.max(signal.minimum);
         maximum = maximum.min(signal.maximum);
