@@ -22,8 +22,8 @@ use crate::frame::Frame;
 use crate::odometry::Odometry;
 use crate::safety::{Gate, Reason, State};
 use crate::schema::{
-    Acts, Asks, Command, Conversation, DecodeError, DriveState, FaultCode, Feedback, Heartbeat, Message, Profile,
-    Request, StateId,
+    Acts, Applied, Asks, Command, Conversation, DecodeError, DriveState, FaultCode, Feedback, Heartbeat, Message,
+    Profile, Request, StateId,
 };
 use crate::time::{Duration, Instant};
 use crate::wheels::{Wheel, Wheels};
@@ -342,13 +342,19 @@ impl Stack {
     }
 
     /// Where drives do not report the torque that they applied, it is taken to
-    /// be the one that they were asked for, as the frame could say it.
+    /// be the one that they were asked for, as the frame could say it; where
+    /// they report it coarsely, within a step of what they report.
     fn with_torque(&self, samples: Wheels<Sample>) -> Wheels<Sample> {
         let mut samples = samples;
         for wheel in Wheel::BOTH {
-            if self.profile.applied_torque(wheel).is_none() {
-                samples[wheel].torque_nm = self.profile.torque_as_said(wheel, self.in_force_nm[1][wheel]);
-            }
+            let reported_nm = samples[wheel].torque_nm;
+            let step_nm = match self.profile.applied_torque(wheel) {
+                None => f64::INFINITY,
+                Some(scale) if self.profile.applied == Applied::Coarse => scale.resolution_nm,
+                Some(_) => continue,
+            };
+            let said_nm = self.profile.torque_as_said(wheel, self.in_force_nm[1][wheel]);
+            samples[wheel].torque_nm = said_nm.clamp(reported_nm - step_nm, reported_nm + step_nm);
         }
         samples
     }

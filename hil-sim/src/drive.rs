@@ -3,8 +3,8 @@
 //! profile's; what is here is the same for all.
 
 use canloop::schema::{
-    Acts, Command, Conversation, DriveState, FaultCode, Feedback, Heartbeat, Patience, Profile, StateId, Watchdog,
-    WordId,
+    Acts, Applied, Command, Conversation, DriveState, FaultCode, Feedback, Heartbeat, Patience, Profile, StateId,
+    Watchdog, WordId,
 };
 
 use crate::encoder::Encoder;
@@ -30,7 +30,7 @@ pub struct Drive {
     conversation: Conversation,
     watchdog: Option<Watchdog>,
     acts: Acts,
-    applied_is_mean: bool,
+    applied: Applied,
     memory: Memory,
 }
 
@@ -89,7 +89,7 @@ impl Drive {
             conversation: profile.conversation.clone(),
             watchdog: profile.watchdog,
             acts: profile.acts,
-            applied_is_mean: profile.applied_is_mean,
+            applied: profile.applied,
             memory: Memory::BLANK,
         }
     }
@@ -180,7 +180,7 @@ impl Drive {
             part: 0,
             position: Some(position(self.spec.encoder.counts(angle_rad))),
             speed_rad_s: Some(speed_rad_s),
-            torque_applied_nm: Some(if self.applied_is_mean {
+            torque_applied_nm: Some(if self.applied == Applied::TheMean {
                 self.memory.period_mean_nm
             } else {
                 self.memory.last_nm

@@ -31,7 +31,7 @@ pub use conversation::{Conversation, Patience, StateId, Watchdog, WordId};
 pub use dbc::{Dbc, MessageLayout};
 pub use decode_error::DecodeError;
 pub use message::{Command, DriveState, FaultCode, Feedback, Heartbeat, Message, Request};
-pub use profile::{Acts, Asks, Profile};
+pub use profile::{Acts, Applied, Asks, Profile};
 pub use quantities::{PositionScale, TorqueScale};
 pub use signal::{Raw, RawKind, Signal};
 pub use step_end::{StepEnd, StepEndCodec};

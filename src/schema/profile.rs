@@ -26,7 +26,8 @@ macro_rules! builtin {
     };
 }
 
-const BUILTIN: &[(&str, &str, &str)] = &builtin!["wheel_drive", "cia402", "odrive-0.6"];
+const BUILTIN: &[(&str, &str, &str)] =
+    &builtin!["wheel_drive", "cia402", "odrive-0.6", "odrive-0.5", "vesc", "damiao-dm4310", "comma-body"];
 
 /// A kind of drive, and how to speak with one on each wheel.
 #[derive(Clone, Debug)]
@@ -58,9 +59,8 @@ pub struct Profile {
     pub conversation: Conversation,
     /// Whether drives tell their state at all.
     pub tells_state: bool,
-    /// Whether the torque applied is the mean over the period that has ended;
-    /// else it is that at the period's end.
-    pub applied_is_mean: bool,
+    /// What the torque is that drives report as applied.
+    pub applied: Applied,
     /// Whether the counter of feedback is that of the SYNC it answers; else
     /// it is the drive's own.
     pub counter_echoes_sync: bool,
@@ -93,6 +93,19 @@ pub enum Asks {
     ByCommand,
     /// Nothing: they send it by their own clock.
     Nothing,
+}
+
+/// What a drive reports as the torque that it applied.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Applied {
+    /// The torque at the end of the period.
+    #[default]
+    TheLast,
+    /// The mean over the period.
+    TheMean,
+    /// The torque at the end of the period, so coarse that the one asked for is
+    /// believed within a step of it.
+    Coarse,
 }
 
 /// When a command goes into force.

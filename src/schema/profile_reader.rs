@@ -10,7 +10,7 @@ use super::envelope::CrcRule;
 use super::linker::{Linked, Linker, NODE};
 use super::message::FaultCode;
 use super::pattern::Field;
-use super::profile::{Acts, Addressing, Asks, Profile, Shared};
+use super::profile::{Acts, Addressing, Applied, Asks, Profile, Shared};
 use super::quantities::{Position, PositionScale, Rounding, Speed, Torque, TorqueScale};
 use super::role_table::{Role, RoleTable};
 use super::roles::{CommandRole, FaultRole, FeedbackRole, HeartbeatRole, SyncRole, WordRole};
@@ -39,13 +39,18 @@ const ASKS: [(&str, Asks); 4] =
 
 const ACTS: [(&str, Acts); 2] = [("at sync", Acts::AtSync), ("on arrival", Acts::OnArrival)];
 
+const APPLIED: [(&str, Applied); 3] =
+    [("the last", Applied::TheLast), ("the mean", Applied::TheMean), ("coarse", Applied::Coarse)];
+
 const ROUNDINGS: [(&str, Rounding); 2] = [("nearest", Rounding::Nearest), ("truncate", Rounding::Truncate)];
 
 const SYNC_KEYS: [&str; 3] = ["message", "counter", "crc"];
 const COMMAND_KEYS: [&str; 10] =
     ["shortest", "remainder", "message", "acts", "torque", "torque_unit", "torque_at", "constants", "counter", "crc"];
-const FEEDBACK_KEYS: [&str; 16] = [
+const FEEDBACK_KEYS: [&str; 18] = [
     "message",
+    "shortest",
+    "constants",
     "position",
     "position_unit",
     "position_at",
@@ -93,10 +98,8 @@ pub(super) fn profile(root: &Section<'_>, toml: &Document, dbc: Dbc) -> Option<P
     let broadcast = broadcast.has("broadcast_id").then(|| broadcast.integer("broadcast_id", 0, 0xFF) as u8);
     let addressing = Addressing { mask: reader.linker.node_id_mask, broadcast };
     let plate = Nameplate::read(&root.section("motor"), &Nameplate::default());
-    let applied_is_mean = reader
-        .feedback
-        .iter()
-        .any(|section| section.choice("torque_applied_is", &[("the last", false), ("the mean", true)], false));
+    let applied = reader.feedback.iter().find(|section| section.has("torque_applied"));
+    let applied = applied.map_or(Applied::default(), |section| section.choice("torque_applied_is", &APPLIED, false));
     let carries_remainder = reader.command.choice("remainder", &[("carried", true), ("dropped", false)], false);
     let (asks, acts) = (reader.asks, reader.command.choice("acts", &ACTS, true));
     let (sync, command, (feedback_period, feedback)) = (sync?, command?, feedback?);
@@ -122,7 +125,7 @@ pub(super) fn profile(root: &Section<'_>, toml: &Document, dbc: Dbc) -> Option<P
         watchdog,
         conversation,
         tells_state,
-        applied_is_mean,
+        applied,
         counter_echoes_sync,
         sync,
         command,
@@ -186,17 +189,11 @@ impl<'r> ProfileReader<'r> {
 
     fn command(&self) -> Option<Shared<CommandRole>> {
         let (section, linker) = (&self.command, &self.linker);
-        let constants = section.section("constants");
-        constants.allow(&constants.keys());
         self.both(section, |message| {
             let torque = self.torque(section, "torque", message);
             let counter = self.counter(section, message);
             let envelope = linker.envelope(section, message);
-            let constants = constants.keys().into_iter().map(|key| {
-                let signal = linker.signal_named(&constants, key, key, message)?;
-                Some(Field { pattern: linker.pattern(&constants, key, message, &signal)?, signal })
-            });
-            let constants = constants.collect::<Option<Vec<Field>>>();
+            let constants = self.constants(section, message);
             let words = self.conversation.in_command(linker, message)?;
             Some(CommandRole { envelope: envelope?, torque: torque?, constants: constants?, words, counter: counter? })
         })
@@ -234,9 +231,11 @@ impl<'r> ProfileReader<'r> {
             let state = self.conversation.state_field(section, linker, message);
             let fault = self.conversation.fault_field(section, linker, message);
             let counter = self.counter(section, message);
+            let constants = self.constants(section, message);
             let role = FeedbackRole {
                 envelope: linker.envelope(section, message)?,
                 part,
+                constants: constants?,
                 position: position?,
                 speed: speed?,
                 torque_applied: torque?,
@@ -283,6 +282,16 @@ impl<'r> ProfileReader<'r> {
     fn words(&self) -> Option<Wheels<Vec<WordRole>>> {
         let right = self.conversation.beside(&self.linker, Wheel::Right)?;
         Some(Wheels { right, left: self.conversation.beside(&self.linker, Wheel::Left)? })
+    }
+
+    fn constants(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Vec<Field>> {
+        let constants = section.section("constants");
+        constants.allow(&constants.keys());
+        let fields = constants.keys().into_iter().map(|key| {
+            let signal = self.linker.signal_named(&constants, key, key, message)?;
+            Some(Field { pattern: self.linker.pattern(&constants, key, message, &signal)?, signal })
+        });
+        fields.collect()
     }
 
     fn counter(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Option<super::signal::Signal>> {

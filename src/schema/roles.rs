@@ -31,6 +31,8 @@ pub(super) struct CommandRole {
 pub(super) struct FeedbackRole {
     pub envelope: Envelope,
     pub part: u8,
+    /// What every such message says.
+    pub constants: Vec<Field>,
     pub position: Option<Position>,
     pub speed: Option<Speed>,
     pub torque_applied: Option<Torque>,
@@ -109,6 +111,7 @@ impl CommandRole {
 impl FeedbackRole {
     #[inline]
     pub fn write(&self, data: &mut [u8; 64], feedback: &Feedback) {
+        self.constants.iter().for_each(|field| field.write(data));
         if let Some(position) = &self.position {
             position.encode(data, feedback.position.unwrap_or_default());
         }

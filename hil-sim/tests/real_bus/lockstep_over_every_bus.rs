@@ -15,7 +15,7 @@ fn assert_same_frames(bench: &Bench) {
     serve.finish().expect_status(0);
     let (memory, bus) = (bench.rig.summary("memory"), bench.rig.summary("bus"));
     assert_eq!(number(&bus, "/simulated_s"), 20.0);
-    assert!(number(&bus, "/bus/frames") > 20_000.0, "the drives were driven");
+    assert!(number(&bus, "/bus/frames") > 3_000.0, "the drives were driven");
     assert_eq!(bus["frames_blake3"], memory["frames_blake3"]);
     if bench.scenario() == "dac-friction" {
         assert_eq!(bus["tracking"], memory["tracking"]);
@@ -33,7 +33,7 @@ fn over_tcp() {
 
 #[test]
 fn over_tcp_with_every_kind_of_drive() {
-    for scenario in ["cia402", "odrive-0.6"] {
+    for scenario in ["cia402", "odrive-0.6", "odrive-0.5", "vesc", "damiao-dm4310", "comma-body"] {
         assert_same_frames(&Bench::over_tcp().of(scenario));
     }
 }
