@@ -35,7 +35,7 @@ mod remainder;
 use drives::{DriveView, Verdict};
 use remainder::Remainder;
 
-pub use config::{DriveConfig, StackConfig};
+pub use config::{DriveConfig, RobotFile, StackConfig};
 
 /// The control stack of a two-wheeled robot.
 pub struct Stack {
@@ -202,10 +202,11 @@ impl Stack {
     }
 
     /// Says goodbye: both drives are told at once to let go, whatever the
-    /// state. What a runtime sends last.
+    /// state, and a last SYNC puts that into force. What a runtime sends last.
     pub fn farewell(&mut self) {
         self.stop();
         self.speak(Wheels::default());
+        self.send_sync();
     }
 
     /// The next frame to send.
@@ -244,11 +245,7 @@ impl Stack {
     /// after the SYNC.
     fn begin_period(&mut self) {
         self.drives = self.drives.map(|drive| drive.begin_period(self.ticks > 0));
-        if self.profile.has_sync() {
-            self.sync_sent = self.sync_counter;
-            self.send(&Message::Sync { counter: self.sync_counter });
-            self.sync_counter = self.profile.next_sync_counter(self.sync_counter);
-        }
+        self.send_sync();
         if self.profile.acts == Acts::OnArrival {
             let is_running = self.gate.state() == State::Running;
             self.speak(if is_running { self.held_nm } else { Wheels::default() });
@@ -299,8 +296,12 @@ impl Stack {
             self.trip(Reason::DriveFault);
         }
         let Some(state) = state else { return };
-        self.drives[wheel].state = Some(state);
-        match (self.gate.state(), self.profile.conversation.meaning(state)) {
+        let before = self.drives[wheel].state.replace(state);
+        let means = self.profile.conversation.meaning(state);
+        if means == DriveState::Fault && before.map(|before| self.profile.conversation.meaning(before)) != Some(means) {
+            self.notice("drive-in-fault", "a drive is in its fault state, and stays there until it is cleared");
+        }
+        match (self.gate.state(), means) {
             (_, DriveState::Fault) => self.trip(Reason::DriveFault),
             (State::Running, DriveState::Ready | DriveState::Boot) => {
                 self.enter(State::Tripped(Reason::DriveDisabled));
@@ -394,6 +395,14 @@ impl Stack {
         self.tell_tick(wanted_nm, torque_sent_nm);
         if self.gate.state() == State::Running {
             self.controller.advance();
+        }
+    }
+
+    fn send_sync(&mut self) {
+        if self.profile.has_sync() {
+            self.sync_sent = self.sync_counter;
+            self.send(&Message::Sync { counter: self.sync_counter });
+            self.sync_counter = self.profile.next_sync_counter(self.sync_counter);
         }
     }
 

@@ -28,6 +28,11 @@ impl<'s> Recording<'s> {
         Self { scenario, gauge: Gauge::new(scenario), log: None, trace: None }
     }
 
+    /// Keeps the figures of a run whose stack is another program.
+    pub fn of_another_stack(scenario: &'s Scenario) -> Self {
+        Self { gauge: Gauge::of_commands(scenario), ..Self::new(scenario) }
+    }
+
     /// Keeps everything in an MCAP file, too.
     pub fn with_log(mut self, path: &Path) -> Result<Self, LogError> {
         let scenario = self.scenario;

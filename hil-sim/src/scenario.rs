@@ -1,6 +1,7 @@
 //! A scenario: the robot as it is, the stack that drives it, the bus between
 //! them, and what is expected of the run.
 
+use canloop::bus::read_bit_rate;
 use canloop::config::{Bound, Document, Problems, Reader, Section};
 use canloop::robot::Robot;
 use canloop::stack::StackConfig;
@@ -151,7 +152,7 @@ fn read_expectations(root: &Section<'_>, duration_s: f64) -> Vec<Expectation> {
 
 fn read_link(bus: &Section<'_>) -> Link {
     let is_can = bus.choice("link", &[("can", true), ("ideal", false)], false);
-    let bitrate_bit_s = bus.integer_or("bitrate_bit_s", 500_000, 10_000, 1_000_000) as u32;
+    let bitrate_bit_s = read_bit_rate(bus);
     if is_can { Link::Can { bitrate_bit_s } } else { Link::Ideal }
 }
 

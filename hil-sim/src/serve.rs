@@ -33,6 +33,8 @@ pub struct Server<'r, S> {
     /// The period that began last, and how the run ends with it if it does.
     begun: Option<(u64, Option<End>)>,
     ignored: u64,
+    /// Frames that were lost on the way here.
+    lost: u64,
 }
 
 /// A run on a bus.
@@ -97,6 +99,7 @@ impl<'r, S: Sink> Server<'r, S> {
             ticks: scenario.ticks(),
             begun: None,
             ignored: 0,
+            lost: 0,
         }
     }
 
@@ -129,7 +132,9 @@ impl<'r, S: Sink> Server<'r, S> {
         } else {
             self.let_the_wire_finish();
         }
-        let outcome = Outcome { end: end.of_the_run(), ticks: tick, wire: *self.far_side.wire_stats(), state: None };
+        let mut wire = *self.far_side.wire_stats();
+        wire.lost += self.lost;
+        let outcome = Outcome { end: end.of_the_run(), ticks: tick, wire, state: None };
         Served { end, outcome, ignored: self.ignored }
     }
 
@@ -142,6 +147,10 @@ impl<'r, S: Sink> Server<'r, S> {
             }
             Some((_, Arrival::Frame(_))) => {
                 self.ignored += 1;
+                Ok(Heard::Nothing)
+            }
+            Some((_, Arrival::Lost(frames))) => {
+                self.lost += u64::from(frames);
                 Ok(Heard::Nothing)
             }
             _ => Ok(Heard::Nothing),

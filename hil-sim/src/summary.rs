@@ -1,7 +1,10 @@
 //! The figures of a run, as `summary.json` holds them.
 
-use canloop::event::{Event, Sink, Tick, Truth};
+use canloop::event::{Event, Sink, Truth};
+use canloop::frame::Frame;
+use canloop::schema::{Message, Profile};
 use canloop::time::Instant;
+use canloop::wheels::Wheel;
 use serde::Serialize;
 
 use crate::bench::{End, Outcome};
@@ -108,6 +111,9 @@ pub struct Gauge {
     steps_nm: f64,
     steps: u64,
     last_right_nm: Option<f64>,
+    /// Reads torques from the commands on the bus, where the stack that sent
+    /// them is somebody else's and tells nothing.
+    commands: Option<Profile>,
     frames: blake3::Hasher,
     /// Frames are hashed in blocks, which is several times faster.
     block: Vec<u8>,
@@ -129,10 +135,17 @@ impl Gauge {
             steps_nm: 0.0,
             steps: 0,
             last_right_nm: None,
+            commands: None,
             frames: blake3::Hasher::new(),
             block: Vec::with_capacity(BLOCK_BYTES + 128),
             watches: scenario.expectations.iter().map(|expectation| expectation.watch(period_s)).collect(),
         }
+    }
+
+    /// The same for a run whose stack is another program: its torques are
+    /// those of its commands.
+    pub fn of_commands(scenario: &Scenario) -> Self {
+        Self { commands: Some(scenario.stack.profile.clone()), ..Self::new(scenario) }
     }
 
     /// The figures, once the run is over.
@@ -193,34 +206,41 @@ impl Gauge {
         }
     }
 
-    fn take_tick(&mut self, tick: &Tick) {
-        let sent = tick.torque_sent_nm;
-        self.torque.max_nm = self.torque.max_nm.max(sent.right.abs()).max(sent.left.abs());
-        if let Some(last) = self.last_right_nm {
-            self.steps_nm += (sent.right - last).abs();
+    fn take_torque(&mut self, wheel: Wheel, torque_nm: f64) {
+        self.torque.max_nm = self.torque.max_nm.max(torque_nm.abs());
+        if wheel == Wheel::Left {
+            return;
+        }
+        if let Some(last_nm) = self.last_right_nm.replace(torque_nm) {
+            self.steps_nm += (torque_nm - last_nm).abs();
             self.steps += 1;
         }
-        self.last_right_nm = Some(sent.right);
+    }
+
+    fn take_frame(&mut self, at: Instant, frame: &Frame) {
+        let marked_id = frame.id.raw() | u32::from(frame.id.is_extended()) << 31;
+        self.block.extend_from_slice(&at.as_nanos().to_le_bytes());
+        self.block.extend_from_slice(&marked_id.to_le_bytes());
+        self.block.extend_from_slice(frame.payload());
+        if self.block.len() >= BLOCK_BYTES {
+            self.frames.update(&self.block);
+            self.block.clear();
+        }
+        let decoded = self.commands.as_ref().map(|profile| profile.decode(frame));
+        if let Some(Ok(Message::Command(wheel, command))) = decoded {
+            self.take_torque(wheel, command.torque_nm);
+        }
     }
 }
 
 impl Sink for Gauge {
     fn event(&mut self, at: Instant, event: &Event) {
         match event {
-            Event::Frame(crossed) => {
-                let frame = &crossed.frame;
-                let marked_id = frame.id.raw() | u32::from(frame.id.is_extended()) << 31;
-                self.block.extend_from_slice(&at.as_nanos().to_le_bytes());
-                self.block.extend_from_slice(&marked_id.to_le_bytes());
-                self.block.extend_from_slice(frame.payload());
-                if self.block.len() >= BLOCK_BYTES {
-                    self.frames.update(&self.block);
-                    self.block.clear();
-                }
-                return;
-            }
+            Event::Frame(crossed) => return self.take_frame(at, &crossed.frame),
             Event::Truth(truth) => self.take_truth(truth),
-            Event::Tick(tick) => self.take_tick(tick),
+            Event::Tick(tick) => {
+                Wheel::BOTH.into_iter().for_each(|wheel| self.take_torque(wheel, tick.torque_sent_nm[wheel]))
+            }
             Event::Sync(_) | Event::Timing(_) | Event::Notice(_) => return,
         }
         self.watches.iter_mut().for_each(|watch| watch.event(event));

@@ -3,7 +3,7 @@
 
 use std::ops::ControlFlow;
 
-use canloop::bus::{Arrival, Bus, BusError};
+use canloop::bus::{Arrival, Bus, BusError, frame_bits};
 use canloop::event::{BusFrame, Event, Sink};
 use canloop::frame::Frame;
 use canloop::run::Clock;
@@ -24,9 +24,11 @@ pub struct WallServer<'r, S> {
     clock: Clock,
     route: Route,
     period: Duration,
+    bit: Duration,
     /// The moment the plant stands at, once a first SYNC has come.
     plant_at: Option<Instant>,
-    frames: u64,
+    /// What passed through the bus.
+    wire: WireStats,
     ignored: u64,
     ticks: u64,
 }
@@ -36,7 +38,7 @@ const LOOK_UP: Duration = Duration::from_millis(20);
 
 impl<'r, S: Sink> WallServer<'r, S> {
     /// The far side of `scenario` on `bus`.
-    pub fn new(scenario: &Scenario, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock) -> Self {
+    pub fn new(scenario: &Scenario, bitrate_bit_s: u32, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock) -> Self {
         Self {
             robot: scenario.virtual_robot(clock.now()),
             bus,
@@ -44,8 +46,9 @@ impl<'r, S: Sink> WallServer<'r, S> {
             clock,
             route: Route::new(scenario),
             period: scenario.stack.period,
+            bit: Duration::from_nanos(1_000_000_000 / i64::from(bitrate_bit_s)),
             plant_at: None,
-            frames: 0,
+            wire: WireStats::default(),
             ignored: 0,
             ticks: scenario.ticks(),
         }
@@ -70,7 +73,7 @@ impl<'r, S: Sink> WallServer<'r, S> {
         let outcome = Outcome {
             end: end.of_the_run(),
             ticks: self.robot.ticks().saturating_sub(1),
-            wire: WireStats { frames: self.frames, ..WireStats::default() },
+            wire: self.wire,
             state: None,
         };
         Served { end, outcome, ignored: self.ignored }
@@ -81,12 +84,11 @@ impl<'r, S: Sink> WallServer<'r, S> {
         let missed = self.plant_at.map_or(Instant::MAX, |at| at + self.period * 2);
         let deadline = self.robot.next_wakeup().min(missed).min(now + LOOK_UP);
         let mut happened = Happened::Nothing;
-        if let Some((at, Arrival::Frame(frame))) = self.bus.receive(deadline)? {
-            if self.robot.is_addressed_by(&frame) {
-                happened = self.take(at, &frame);
-            } else {
-                self.ignored += 1;
-            }
+        match self.bus.receive(deadline)? {
+            Some((at, Arrival::Frame(frame))) if self.robot.is_addressed_by(&frame) => happened = self.take(at, &frame),
+            Some((_, Arrival::Frame(_))) => self.ignored += 1,
+            Some((_, Arrival::Lost(frames))) => self.wire.lost += u64::from(frames),
+            _ => {}
         }
         let now = self.clock.now();
         if now >= self.robot.next_wakeup() {
@@ -130,7 +132,8 @@ impl<'r, S: Sink> WallServer<'r, S> {
     }
 
     fn tell_frame(&mut self, at: Instant, frame: &Frame, sent_by_stack: bool) {
-        self.frames += 1;
+        self.wire.frames += 1;
+        self.wire.busy = self.wire.busy + self.bit * i64::from(frame_bits(frame));
         self.sink.event(at, &Event::Frame(BusFrame { bus: 0, sent_by_stack, frame: *frame }));
     }
 }

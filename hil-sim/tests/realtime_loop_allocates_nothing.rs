@@ -114,7 +114,7 @@ fn a_loop_that_runs_and_trips_takes_no_memory() {
     stack.operate(Operator::Enable);
     let (mut events, mut drain) = tap();
     let until = start + Duration::from_secs_f64(20.0);
-    let (end, _) = RealTime::new(stack, &mut bus, &mut events, clock).run(&AtomicBool::new(false), until);
+    let end = RealTime::new(stack, &mut bus, &mut events, clock).run(&AtomicBool::new(false), until).end;
     let allocations = ALLOCATIONS.with(Cell::take);
     drop(events);
     let mut last = LastNotice("");

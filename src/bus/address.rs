@@ -2,7 +2,7 @@
 
 use super::Bus;
 use super::socketcand::{Endpoint, Hub, Socketcand};
-use crate::config::Problem;
+use crate::config::{Problem, Section};
 use crate::frame::CanId;
 use crate::run::Clock;
 
@@ -75,6 +75,12 @@ fn open_interface(name: &str, options: &OpenOptions, clock: Clock) -> Result<Box
 fn open_interface(name: &str, _: &OpenOptions, _: Clock) -> Result<Box<dyn Bus + Send>, Problem> {
     Err(Problem::bare(format!("{name}: only Linux has CAN interfaces"))
         .help("use tcp://HOST:PORT/NAME with a socketcand server"))
+}
+
+/// Reads `bitrate_bit_s` of a `[bus]` section, the nominal bit rate: 500 kbit/s
+/// unless given.
+pub fn read_bit_rate(bus: &Section<'_>) -> u32 {
+    bus.integer_or("bitrate_bit_s", 500_000, 10_000, 1_000_000) as u32
 }
 
 /// What the kernel takes for the name of an interface (`dev_valid_name`).

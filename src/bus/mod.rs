@@ -14,7 +14,7 @@ pub mod socketcand;
 
 use std::fmt;
 
-pub use address::{Address, OpenOptions, open};
+pub use address::{Address, OpenOptions, open, read_bit_rate};
 #[cfg(target_os = "linux")]
 pub use can_link::{CanLink, LinkError};
 pub use frame_bits::{data_phase_bits, frame_bits};

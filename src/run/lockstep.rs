@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::bus::{Arrival, Bus, BusError, ControllerState};
 use crate::event::{BusFrame, Event, Sink};
 use crate::frame::Frame;
-use crate::run::Clock;
 use crate::run::outlet::Outlet;
-use crate::safety::{Reason, State};
+use crate::run::{Clock, End, Ended};
+use crate::safety::Reason;
 use crate::schema::{StepEnd, StepEndCodec};
 use crate::stack::Stack;
 use crate::time::{Duration, Instant};
@@ -26,21 +26,6 @@ pub struct LockStep<'r, S> {
     last_tick: Option<u32>,
     /// How long, by the wall clock, the other side may be silent.
     patience: Duration,
-}
-
-/// How a run on a bus ended.
-#[derive(Debug)]
-pub enum End {
-    /// Somebody here wanted it to.
-    Stopped,
-    /// Its time was up, or the other side said that it was over.
-    Over,
-    /// The stack tripped, and has told the drives so.
-    Tripped,
-    /// The other side was silent for too long.
-    Silent,
-    /// The bus is gone.
-    Lost(BusError),
 }
 
 /// How often to look whether somebody wants to stop.
@@ -66,9 +51,8 @@ impl<'r, S: Sink> LockStep<'r, S> {
     }
 
     /// Runs until the other side has had enough, or `stop` says so. The last
-    /// thing the drives hear is to let go. Tells, too, what the stack was doing
-    /// before that.
-    pub fn run(mut self, stop: &AtomicBool) -> (End, State) {
+    /// thing the drives hear is to let go.
+    pub fn run(mut self, stop: &AtomicBool) -> Ended {
         let end = loop {
             let now = self.stack.next_wakeup();
             self.stack.handle_wakeup(now);
@@ -80,7 +64,7 @@ impl<'r, S: Sink> LockStep<'r, S> {
         };
         let state = self.stack.state();
         self.say_goodbye();
-        (end, state)
+        Ended { end, state, bus: self.outlet.counts }
     }
 
     /// Whatever the state of the bus: there is nothing better left to try.
@@ -115,16 +99,18 @@ impl<'r, S: Sink> LockStep<'r, S> {
             let pause = if self.outlet.is_blocked() { SOON } else { LOOK_UP };
             let look_again = deadline.min(self.clock.now() + pause);
             match (self.bus.receive(look_again), unsent) {
-                (Ok(Some((_, Arrival::Frame(frame)))), _) => match self.step_end.decode(&frame) {
-                    Some(step_end) if self.follows(step_end) => return Ok(step_end),
-                    Some(_) => {}
-                    None => self.take(now, &frame),
-                },
+                (Ok(Some((_, Arrival::Frame(frame)))), _) => {
+                    self.take(now, &frame);
+                    if let Some(step_end) = self.step_end.decode(&frame).filter(|&found| self.follows(found)) {
+                        return Ok(step_end);
+                    }
+                }
                 // A side that has gone may have said before that all is over.
                 (_, Some(error)) | (Err(error), None) => return Err(End::Lost(error)),
                 (Ok(Some((_, Arrival::Down | Arrival::State(ControllerState::BusOff)))), None) => {
                     self.stack.trip(Reason::BusLost);
                 }
+                (Ok(Some((_, Arrival::Lost(frames)))), None) => self.outlet.counts.lost += u64::from(frames),
                 (Ok(_), None) => {}
             }
         }
@@ -141,6 +127,7 @@ impl<'r, S: Sink> LockStep<'r, S> {
     }
 
     fn take(&mut self, now: Instant, frame: &Frame) {
+        self.outlet.counts.received += 1;
         self.sink.event(now, &Event::Frame(BusFrame { bus: 0, sent_by_stack: false, frame: *frame }));
         self.stack.handle_frame(now, frame);
     }

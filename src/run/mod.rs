@@ -4,6 +4,7 @@
 mod clock;
 #[cfg(target_os = "linux")]
 pub mod doctor;
+mod ended;
 mod lockstep;
 mod outlet;
 mod priority;
@@ -12,7 +13,8 @@ mod realtime;
 mod tap;
 
 pub use clock::Clock;
-pub use lockstep::{End, LockStep};
+pub use ended::{BusCounts, End, Ended};
+pub use lockstep::LockStep;
 pub use priority::{Priority, raise};
 pub use punctuality::{LoopFigures, Punctuality, Spread};
 pub use realtime::RealTime;

@@ -3,6 +3,7 @@
 use crate::bus::{Bus, BusError};
 use crate::event::{BusFrame, Event, Sink};
 use crate::frame::Frame;
+use crate::run::BusCounts;
 use crate::stack::Stack;
 use crate::time::Instant;
 
@@ -11,6 +12,8 @@ use crate::time::Instant;
 pub(super) struct Outlet {
     /// A frame for which the transmit queue had no room.
     waiting: Option<Frame>,
+    /// What passed through the bus, as far as it goes out.
+    pub counts: BusCounts,
 }
 
 impl Outlet {
@@ -25,15 +28,21 @@ impl Outlet {
         while let Some(event) = stack.poll_event() {
             sink.event(now, &event);
         }
+        let mut tried_before = self.is_blocked();
         while let Some(frame) = self.waiting.take().or_else(|| stack.poll_transmit()) {
             match bus.send(&frame) {
-                Ok(()) => sink.event(now, &Event::Frame(BusFrame { bus: 0, sent_by_stack: true, frame })),
+                Ok(()) => {
+                    self.counts.sent += 1;
+                    sink.event(now, &Event::Frame(BusFrame { bus: 0, sent_by_stack: true, frame }));
+                }
                 Err(BusError::Full) => {
+                    self.counts.delayed += u64::from(!tried_before);
                     self.waiting = Some(frame);
                     break;
                 }
                 Err(error) => return Err(error),
             }
+            tried_before = false;
         }
         Ok(())
     }
@@ -45,8 +54,13 @@ impl Outlet {
 
     /// Drops all frames that wait; says whether there were any.
     pub fn give_up(&mut self, stack: &mut Stack) -> bool {
-        let was_blocked = self.waiting.take().is_some();
-        while was_blocked && stack.poll_transmit().is_some() {}
-        was_blocked
+        if self.waiting.take().is_none() {
+            return false;
+        }
+        self.counts.given_up += 1;
+        while stack.poll_transmit().is_some() {
+            self.counts.given_up += 1;
+        }
+        true
     }
 }

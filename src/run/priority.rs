@@ -4,7 +4,8 @@
 
 use rustix::mm::{MlockAllFlags, mlockall};
 
-/// What was asked for and what came of it.
+/// What was asked for and what came of it: a refusal with the command that
+/// would allow it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Priority {
     /// Why the loop has no real-time priority, if it has none.

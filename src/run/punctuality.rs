@@ -67,6 +67,11 @@ impl Punctuality {
         }
     }
 
+    /// The loop's period, s.
+    pub const fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
     /// The figures so far.
     pub fn figures(&self) -> LoopFigures {
         LoopFigures {

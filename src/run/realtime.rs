@@ -10,7 +10,7 @@ use crate::bus::{Arrival, Bus, BusError, ControllerState};
 use crate::event::{BusFrame, Event, Notice, Sink, Timing};
 use crate::frame::Frame;
 use crate::run::outlet::Outlet;
-use crate::run::{Clock, End};
+use crate::run::{Clock, End, Ended};
 use crate::safety::{Reason, State};
 use crate::stack::Stack;
 use crate::time::{Duration, Instant};
@@ -56,8 +56,7 @@ impl<'r, S: Sink> RealTime<'r, S> {
     /// Runs until `until`, or until `stop` says so, or until the stack has
     /// tripped. The last thing the drives hear is to let go, also when
     /// something in here panics.
-    /// Tells, too, what the stack was doing before that.
-    pub fn run(mut self, stop: &AtomicBool, until: Instant) -> (End, State) {
+    pub fn run(mut self, stop: &AtomicBool, until: Instant) -> Ended {
         let looped = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.go_on(stop, until)));
         let state = self.stack.state();
         self.outlet.give_up(&mut self.stack);
@@ -65,7 +64,8 @@ impl<'r, S: Sink> RealTime<'r, S> {
         let now = self.clock.now();
         // Whatever the state of the bus: there is nothing better left to try.
         let _ = self.drain(now);
-        (looped.unwrap_or_else(|panic| std::panic::resume_unwind(panic)), state)
+        let end = looped.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        Ended { end, state, bus: self.outlet.counts }
     }
 
     fn go_on(&mut self, stop: &AtomicBool, until: Instant) -> End {
@@ -100,7 +100,8 @@ impl<'r, S: Sink> RealTime<'r, S> {
         match self.bus.receive(wakeup.min(now + pause))? {
             Some((at, Arrival::Frame(frame))) => self.take(at, &frame),
             Some((_, Arrival::Down | Arrival::State(ControllerState::BusOff))) => self.stack.trip(Reason::BusLost),
-            Some((at, Arrival::Lost(_))) => {
+            Some((at, Arrival::Lost(frames))) => {
+                self.outlet.counts.lost += u64::from(frames);
                 let text = "frames were lost on the way here, for want of room";
                 self.sink.event(at, &Event::Notice(Notice { kind: "frames-lost", text }));
             }
@@ -114,6 +115,7 @@ impl<'r, S: Sink> RealTime<'r, S> {
     }
 
     fn take(&mut self, at: Instant, frame: &Frame) {
+        self.outlet.counts.received += 1;
         self.sink.event(at, &Event::Frame(BusFrame { bus: 0, sent_by_stack: false, frame: *frame }));
         let before = self.clock.now();
         let ticks_answered = self.stack.ticks_answered();

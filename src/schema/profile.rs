@@ -367,6 +367,17 @@ impl Profile {
         matches!(self.roles.get(id), Some((Role::Feedback(_), _)))
     }
 
+    /// The ids of all that drives send.
+    pub fn drive_ids(&self) -> impl Iterator<Item = CanId> {
+        let mut ids = Vec::new();
+        self.list_roles(|id, role, _| {
+            if matches!(role, Role::Feedback(_) | Role::Heartbeat | Role::Fault) {
+                ids.push(id);
+            }
+        });
+        ids.into_iter()
+    }
+
     /// The counter that follows `counter` in SYNC.
     pub fn next_sync_counter(&self, counter: u8) -> u8 {
         let signal = self.sync.as_ref().and_then(|sync| sync.counter.as_ref());

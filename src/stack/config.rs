@@ -1,5 +1,6 @@
 //! What a stack is made from.
 
+use crate::bus::read_bit_rate;
 use crate::config::{Bound, Document, Problem, Problems, Reader, Section};
 use crate::control::ControllerConfig;
 use crate::robot::{Pose, Robot};
@@ -38,11 +39,24 @@ pub struct DriveConfig {
     pub plate: Nameplate,
 }
 
-impl StackConfig {
-    /// Loads the configuration of a robot from its file, with overrides laid
-    /// over it; also gives it as one TOML text, for the log. Keys that only a
-    /// simulation knows are passed over, so that a scenario will do.
-    pub fn load(path: &str, overrides: &[String]) -> Result<(Self, String), Problems> {
+/// A robot's own file.
+#[derive(Clone, Debug)]
+pub struct RobotFile {
+    /// What the stack is made from.
+    pub stack: StackConfig,
+    /// The nominal bit rate that its bus must have, where the file says.
+    pub bit_rate_bit_s: Option<u32>,
+    /// The file with what it is based on and all overrides, as one TOML text.
+    pub text: String,
+}
+
+impl RobotFile {
+    /// Reads a file, with overrides laid over it. Keys that only a simulation
+    /// knows are passed over, so that a scenario will do.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, with its place.
+    pub fn load(path: &str, overrides: &[String]) -> Result<Self, Problems> {
         let mut document = Document::open(path, &[])?;
         for assignment in overrides {
             document.set(assignment)?;
@@ -50,12 +64,17 @@ impl StackConfig {
         let reader = Reader::new(&document);
         let root = reader.root();
         let robot = root.section("robot");
-        let config = Self::read(&root, &Robot::read(&robot, None));
+        let stack = StackConfig::read(&root, &Robot::read(&robot, None));
         robot.pass_over("friction");
+        let bus = root.section("bus");
+        bus.pass_over("link");
+        let bit_rate_bit_s = bus.has("bitrate_bit_s").then(|| read_bit_rate(&bus));
         SIMULATION_ONLY.iter().for_each(|key| root.pass_over(key));
-        Ok((reader.finish(config)?, document.resolved()))
+        Ok(Self { stack: reader.finish(stack)?, bit_rate_bit_s, text: document.resolved() })
     }
+}
 
+impl StackConfig {
     /// Reads everything but the robot itself, which a scenario has as the
     /// truth. What is wrong is reported to the section's reader.
     pub fn read(root: &Section<'_>, robot: &Robot) -> Self {
@@ -78,7 +97,7 @@ impl StackConfig {
 }
 
 /// What a scenario says beside the robot's configuration.
-const SIMULATION_ONLY: [&str; 6] = ["base", "bus", "duration_s", "expect", "name", "seed"];
+const SIMULATION_ONLY: [&str; 5] = ["base", "duration_s", "expect", "name", "seed"];
 
 impl DriveConfig {
     /// Reads the numbers of a `[drive]` section; what it does not say of the

@@ -17,7 +17,7 @@ pub(super) struct DriveView {
     /// When what it reported last was so.
     pub sampled_at: Option<Instant>,
     /// Earlier SYNCs that it has yet to answer.
-    owed: u8,
+    owed: u32,
     /// The last count of feedback that counts by itself.
     own_count: Option<u8>,
 }
@@ -35,9 +35,6 @@ pub(super) enum Verdict {
     Unasked,
 }
 
-/// Unanswered SYNCs that are remembered, fewer than a counter has values.
-const MOST_OWED: u8 = 8;
-
 impl DriveView {
     /// A drive that has not been heard of.
     pub const fn new() -> Self {
@@ -48,8 +45,8 @@ impl DriveView {
     /// The same drive in the next period; if it `was_asked` in the one before
     /// and did not answer, it owes that.
     pub fn begin_period(self, was_asked: bool) -> Self {
-        let unanswered = u8::from(was_asked && self.came == 0);
-        Self { came: 0, owed: (self.owed + unanswered).min(MOST_OWED), ..self }
+        let unanswered = u32::from(was_asked && self.came == 0);
+        Self { came: 0, owed: self.owed.saturating_add(unanswered), ..self }
     }
 
     /// The same drive, which is taken to be in this state.

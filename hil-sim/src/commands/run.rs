@@ -88,7 +88,7 @@ fn load(names: &[String], overrides: &[String]) -> Result<Vec<Scenario>, Problem
 
 fn run_one(scenario: &Scenario, folder: &Path, logged: bool) -> Result<Summary, Failure> {
     create_folder(folder)?;
-    let recording = record(scenario, folder, logged)?;
+    let recording = logged_to(Recording::new(scenario), folder, logged)?;
     let mut progress = Progress::new(scenario.name.clone(), scenario.ticks());
     let finished = recording.run(|tick| {
         if tick.is_multiple_of(256) {
@@ -100,9 +100,8 @@ fn run_one(scenario: &Scenario, folder: &Path, logged: bool) -> Result<Summary, 
     conclude(finished, folder, progress.elapsed_s())
 }
 
-/// What is to be kept of a run: its figures, and a log where it is wanted.
-pub(super) fn record<'s>(scenario: &'s Scenario, folder: &Path, logged: bool) -> Result<Recording<'s>, Failure> {
-    let recording = Recording::new(scenario);
+/// A recording with a log, where it is wanted.
+pub(super) fn logged_to<'s>(recording: Recording<'s>, folder: &Path, logged: bool) -> Result<Recording<'s>, Failure> {
     if !logged {
         return Ok(recording);
     }

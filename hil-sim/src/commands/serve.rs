@@ -5,13 +5,14 @@ use std::process::ExitCode;
 
 use canloop::bus::{self, OpenOptions};
 use canloop::config::Problem;
-use canloop::run::Clock;
+use canloop::run::{self, Clock};
 use canloop::time::Duration;
 
 use super::progress::Progress;
-use super::run::{conclude, record};
+use super::run::{conclude, logged_to};
 use super::{FAILED, Failure, HELD, INTERRUPTED, create_folder, interrupt, say};
 use crate::bench::End;
+use crate::recording::Recording;
 use crate::scenario::{Link, Scenario};
 use crate::serve::{ServeEnd, Served, Server};
 use crate::wall::WallServer;
@@ -75,10 +76,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         return Err(Problem::bare(found).into());
     }
     let clock = Clock::new();
-    let options = OpenOptions { allow_others: args.allow_others, ..OpenOptions::default() };
+    let options =
+        OpenOptions { bit_rate_bit_s: Some(bitrate_bit_s), allow_others: args.allow_others, ..OpenOptions::default() };
     let mut bus = bus::open(&args.bus, &options, clock)?;
     create_folder(&args.out)?;
-    let mut recording = record(&scenario, &args.out, !args.no_log)?;
+    let mut recording = logged_to(Recording::of_another_stack(&scenario), &args.out, !args.no_log)?;
     interrupt::listen();
     say(format_args!("serving {} on {}", scenario.name, args.bus));
     let mut progress = Progress::new(scenario.name.clone(), scenario.ticks());
@@ -89,7 +91,10 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     };
     let Served { end, outcome, ignored } = match args.time {
         Time::Sync => Server::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock).run(patience, watch),
-        Time::Wall => WallServer::new(&scenario, bus.as_mut(), &mut recording, clock).run(patience, watch),
+        Time::Wall => {
+            raise_priority();
+            WallServer::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock).run(patience, watch)
+        }
     };
     progress.done();
     let summary = conclude(recording.finish(&outcome), &args.out, progress.elapsed_s())?;
@@ -104,5 +109,14 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         ServeEnd::Lost(error) => Err(Failure::Broken(error.to_string())),
         ServeEnd::Run(End::Interrupted) => Ok(ExitCode::from(INTERRUPTED)),
         ServeEnd::Run(_) => Ok(ExitCode::from(if summary.passed { HELD } else { FAILED })),
+    }
+}
+
+/// Drives answer at once; where this program may not, it says so. The log's
+/// threads run already, and keep an ordinary priority.
+fn raise_priority() {
+    let run::Priority { scheduling, memory } = run::raise();
+    for refused in [scheduling, memory].into_iter().filter_map(Result::err) {
+        say(format_args!("  degraded         {refused}"));
     }
 }

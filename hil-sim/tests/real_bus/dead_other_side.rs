@@ -76,7 +76,9 @@ fn a_controller_that_is_asked_to_end_tells_both_drives_to_let_go() {
         assert!(drive.stdout.contains("the drives were told to let go"), "{}", drive.stdout);
         serve.finish().expect_status(1);
         let end = end_of_log(&bench.rig.path("runs/run.mcap"));
-        assert_eq!(end[end.len() - 2..], ["RightCommand 0.0 Disable", "LeftCommand 0.0 Disable"], "{signal}: {end:?}");
+        // A last SYNC, which both drives answer, puts them into force.
+        let last = ["RightCommand 0.0 Disable", "LeftCommand 0.0 Disable", "Sync - -"];
+        assert_eq!(end[end.len() - 5..end.len() - 2], last, "{signal}: {end:?}");
     }
 }
 

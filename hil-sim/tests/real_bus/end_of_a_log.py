@@ -1,5 +1,5 @@
 """Reads a log to its end with a reader that we did not write, and prints how
-many frames it holds and what the last four say.
+many frames it holds and what the last six say.
 
 usage: end_of_a_log.py LOG.mcap
 """
@@ -11,7 +11,9 @@ import cantools
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-dbc = cantools.database.load_file(Path(__file__).parents[3] / "dbc/wheel_drive.dbc")
+dbc = cantools.database.Database()
+for name in ("wheel_drive", "sim"):
+    dbc.add_dbc_file(Path(__file__).parents[3] / f"dbc/{name}.dbc")
 said = []
 with open(sys.argv[1], "rb") as log:
     reader = make_reader(log, validate_crcs=True, decoder_factories=[DecoderFactory()])
@@ -20,5 +22,5 @@ with open(sys.argv[1], "rb") as log:
         message = dbc.get_message_by_frame_id(frame.id)
         said.append((message.name, message.decode(bytes(frame.data[: frame.dlc]))))
 print(len(said))
-for name, signals in said[-4:]:
+for name, signals in said[-6:]:
     print(name, signals.get("Torque", "-"), signals.get("Request", "-"))

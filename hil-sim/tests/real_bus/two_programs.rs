@@ -1,6 +1,7 @@
 //! Both ends of a bus as processes that are waited for, and ended whatever
 //! happens.
 
+#![allow(dead_code, reason = "every test program uses a part of it")]
 #![allow(clippy::disallowed_methods, reason = "other programs are waited for")]
 
 use std::fs::File;
@@ -76,11 +77,16 @@ impl Bench {
         serve
     }
 
-    /// `canloop drive` of the shipped robot.
+    /// `canloop drive` of the shipped robot, in lock-step.
     pub fn drive(&self, args: &[&str]) -> Running {
+        self.drive_in_real_time(&[["--pace", "lockstep"].as_slice(), args].concat())
+    }
+
+    /// `canloop drive` of the shipped robot.
+    pub fn drive_in_real_time(&self, args: &[&str]) -> Running {
         let config = self.robot_file();
         let mut command = Command::new(canloop());
-        command.args(["drive", "--pace", "lockstep", "--bus", &self.drive_bus, "--config", &config]).args(args);
+        command.args(["drive", "--bus", &self.drive_bus, "--config", &config]).args(args);
         self.start("drive", &mut command)
     }
 

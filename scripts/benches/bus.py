@@ -1,0 +1,113 @@
+"""A real bus, here the one over TCP, which every machine has: round trips,
+throughput, and what the loop costs."""
+
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+import tempfile
+
+from . import common
+
+PERIOD_US = 5000
+SECONDS = 4
+FRAMES = 200_000
+# Nothing here may trip on a busy machine.
+PATIENT = ["--set", "safety.overrun_periods=1000", "--set", "safety.feedback_timeout_periods=1000"]
+SCENARIO = common.ROOT / "hil-sim/scenarios/dac-friction.toml"
+
+
+def start(command):
+    """Starts a program and waits for its first line."""
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    process.stdout.readline()
+    return process
+
+
+def end(process):
+    process.kill()
+    process.wait()
+
+
+def bare_round_trip_us():
+    address = f"127.0.0.1:{common.free_port()}/can0"
+    bench = common.TARGET / "examples/bus_bench"
+    answering = start([bench, "answer", f"tcp-listen://{address}"])
+    count = str(SECONDS * 1_000_000 // PERIOD_US)
+    asked = subprocess.run([bench, "ask", f"tcp://{address}", str(PERIOD_US), count], check=True, capture_output=True)
+    end(answering)
+    return float(asked.stdout.split()[0])
+
+
+def patient_profile(folder):
+    """Drives that wait for their commands as long as it takes."""
+    text = (common.ROOT / "dbc/wheel_drive.toml").read_text().replace("timeout_periods = 4", "timeout_periods = 1000")
+    path = pathlib.Path(folder) / "patient.toml"
+    path.write_text(text)
+    (path.parent / "wheel_drive.dbc").write_text((common.ROOT / "dbc/wheel_drive.dbc").read_text())
+    return ["--set", f'drive.profile="{path}"']
+
+
+def drive(period_s):
+    """The figures of a drive against impersonated drives by the clock, and the
+    CPU time of a second of it."""
+    address = f"127.0.0.1:{common.free_port()}/can0"
+    with tempfile.TemporaryDirectory() as folder:
+        common_arguments = [*patient_profile(folder), "--set", f"period_s={period_s}", "--set", "bus.bitrate_bit_s=1000000"]
+        serving = start(
+            [common.TARGET / "hil-sim", "serve", "dac-friction", "--bus", f"tcp-listen://{address}", "--time", "wall"]
+            + ["--no-log", "--out", folder, *common_arguments]
+        )
+        summary = pathlib.Path(folder) / "drive.json"
+        command = [common.TARGET / "canloop", "drive", "--bus", f"tcp://{address}", "--config", SCENARIO]
+        command += ["--duration-s", str(SECONDS), "--summary", summary, *PATIENT, *common_arguments]
+        driving = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+        _, status, usage = os.wait4(driving.pid, 0)
+        driving.returncode = os.waitstatus_to_exitcode(status)
+        end(serving)
+        if driving.returncode != 0:
+            raise SystemExit(f"canloop drive ended with {driving.returncode}")
+        return json.loads(summary.read_text()), (usage.ru_utime + usage.ru_stime) / SECONDS
+
+
+def flood_frames_s():
+    flooded = subprocess.run(
+        [common.TARGET / "examples/bus_bench", "flood", str(common.free_port()), str(FRAMES)],
+        check=True,
+        capture_output=True,
+    )
+    return float(flooded.stdout)
+
+
+def python_can_frames_s():
+    script = common.ROOT / "scripts/benches/virtual_bus.py"
+    ran = subprocess.run([common.ROOT / "scripts/python", script, str(FRAMES // 10)], check=True, capture_output=True)
+    return float(ran.stdout)
+
+
+def run(turns):
+    common.build("--workspace")
+    common.build("--example", "bus_bench")
+    bare, whole, missed, cpu, ours, theirs = [], [], 0, [], [], []
+    for turn in range(turns):
+        common.progress(f"bus: turn {turn + 1} of {turns}")
+        bare.append(bare_round_trip_us())
+        summary, _ = drive(PERIOD_US / 1e6)
+        whole.append(summary["loop"]["round_trip"]["p50_us"])
+        missed += summary["loop"]["missed"]
+        cpu.append(drive(0.001)[1])
+        ours.append(flood_frames_s())
+        theirs.append(python_can_frames_s())
+    common.progress("")
+    print(f"TCP bus on loopback, T = {PERIOD_US / 1000:.0f} ms, {SECONDS} s a turn\n")
+    print(f"{'':<44} {'median':>10} {'least':>10} {'most':>10}")
+    print(f"{'round trip p50, a bare echo, us':<44} {common.spread(bare)}")
+    print(f"{'round trip p50, stack and simulated drives, us':<44} {common.spread(whole)}")
+    print(f"{'frames a second, TCP bus, client to client':<44} {common.spread(ours)}")
+    print(f"{'frames a second, python-can virtual bus':<44} {common.spread(theirs)}")
+    print(f"{'CPU seconds for a second of the loop at 1 kHz':<44} {common.spread(cpu)}")
+    print()
+    print(f"the whole round trip takes {common.ratio(whole, bare):.2f} times the bare echo's (aim: at most 1.30); {missed} periods missed")
+    print(f"the TCP bus carries {common.ratio(ours, theirs):.1f} times the frames of python-can's virtual bus")
+    print(f"a second of the loop at 1 kHz takes {100 * statistics.median(cpu):.1f} % of a core")

@@ -1,0 +1,220 @@
+//! `canloop drive`: the deployed program.
+
+mod report;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
+
+use self::report::{DEGRADED, LogFigures, Reader, Summary, cannot_log, open_log, word};
+use super::{say, stop};
+use crate::bus::{self, Bus, OpenOptions};
+use crate::config::{Problem, Problems};
+use crate::event::{Event, Notice, Sink};
+use crate::frame::CanId;
+use crate::log::McapLog;
+use crate::run::{self, Clock, End, Ended, LockStep, Priority, Punctuality, RealTime, tap};
+use crate::safety::State;
+use crate::schema::{Profile, StepEndCodec};
+use crate::stack::{Operator, RobotFile, Stack};
+use crate::time::{Duration, Instant};
+
+/// What `canloop drive` is given.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  canloop drive --bus can0 --config robot.toml --log run.mcap
+  canloop drive --bus vcan0 --config robot.toml --pace lockstep
+  canloop drive --bus tcp://127.0.0.1:29536/can0 --config robot.toml --pace lockstep --log run.mcap
+
+Ctrl-C sends zero torque and disables the drives before anything else.
+Where the configuration has bus.bitrate_bit_s, an interface with another bit
+rate is refused.
+Exit status: 0 the run ended as it should, 1 the stack tripped or the other
+side fell silent, 2 bad input or no bus.")]
+pub struct Args {
+    /// can0, vcan0, or tcp://HOST:PORT/NAME
+    #[arg(long)]
+    bus: String,
+    /// The robot: a TOML file; a scenario will do
+    #[arg(long, value_name = "ROBOT.toml")]
+    config: PathBuf,
+    /// Lay KEY=VALUE over the configuration: KEY a dotted path, VALUE as TOML
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// What the stack's time goes by
+    #[arg(long, value_enum, default_value_t = Pace::Realtime)]
+    pace: Pace,
+    /// In real time: how long to run, s; without it, until Ctrl-C
+    #[arg(long, value_name = "SECONDS")]
+    duration_s: Option<f64>,
+    /// Log all traffic and the stack's state to this MCAP file
+    #[arg(long, value_name = "FILE.mcap")]
+    log: Option<PathBuf>,
+    /// Write the run's figures to this file
+    #[arg(long, value_name = "FILE.json")]
+    summary: Option<PathBuf>,
+    /// First clear a fault that holds a drive
+    #[arg(long)]
+    clear_fault: bool,
+    /// In lock-step: how long the other side may be silent, s
+    #[arg(long, default_value_t = 10.0, value_name = "SECONDS")]
+    dead_man_s: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Pace {
+    /// The clock: for real drives, and for `hil-sim serve --time wall`
+    Realtime,
+    /// The far side's marker ends each period: for `hil-sim serve`
+    Lockstep,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<ExitCode, Problems> {
+    let robot = RobotFile::load(&args.config.display().to_string(), &args.overrides)?;
+    let config = &robot.stack;
+    let patience = seconds("--dead-man-s", args.dead_man_s)?;
+    let duration = args.duration_s.map(|duration_s| seconds("--duration-s", duration_s)).transpose()?;
+    let clock = Clock::new();
+    let mut bus = open_bus(args, &robot, clock)?;
+    let log = args.log.as_deref().map(|path| open_log(path, &args.bus, config, &robot.text)).transpose()?;
+    let start = if args.pace == Pace::Lockstep { Instant::ZERO } else { clock.now() + config.period };
+    let punctuality = Punctuality::new(config.period.as_secs_f64());
+    let mut reader = Reader { log, punctuality, start, periods: 0, said: None };
+    let mut stack = Stack::new(config, start);
+    if args.clear_fault {
+        stack.operate(Operator::Reset);
+    }
+    stack.operate(Operator::Enable);
+    let stop = stop::listen();
+    let (ended, degraded) = match args.pace {
+        Pace::Lockstep => (LockStep::new(stack, bus.as_mut(), &mut reader, clock, patience).run(stop), Vec::new()),
+        Pace::Realtime => {
+            let until = duration.map_or(Instant::MAX, |duration| start + duration);
+            let ended = realtime(stack, bus.as_mut(), &mut reader, clock, stop, until);
+            say(reader.punctuality.figures());
+            ended
+        }
+    };
+    say_counts(&ended);
+    finish(args, reader, &ended, &degraded)?;
+    Ok(conclude(args, &ended))
+}
+
+fn open_bus(args: &Args, robot: &RobotFile, clock: Clock) -> Result<Box<dyn Bus + Send>, Problem> {
+    // A log holds all of the bus's traffic, so then all of it is received.
+    let receive = if args.log.is_some() { Vec::new() } else { ids_to_receive(&robot.stack.profile) };
+    let options = OpenOptions { receive: &receive, bit_rate_bit_s: robot.bit_rate_bit_s, ..OpenOptions::default() };
+    bus::open(&args.bus, &options, clock)
+}
+
+/// Closes the log and writes the summary, where they are wanted.
+fn finish(args: &Args, reader: Reader, ended: &Ended, degraded: &[String]) -> Result<(), Problem> {
+    let Reader { log, punctuality, periods, .. } = reader;
+    let logged = log.map(McapLog::finish).transpose().map_err(cannot_log)?;
+    let Some(path) = &args.summary else { return Ok(()) };
+    let summary = Summary {
+        version: env!("CARGO_PKG_VERSION"),
+        config: &args.config.display().to_string(),
+        overrides: &args.overrides,
+        bus_address: &args.bus,
+        pace: if args.pace == Pace::Lockstep { "lockstep" } else { "realtime" },
+        end: word(&ended.end),
+        state: ended.state.name(),
+        state_text: ended.state.text(),
+        period_s: punctuality.period_s(),
+        periods,
+        bus: ended.bus,
+        punctuality: (args.pace == Pace::Realtime).then(|| punctuality.figures()),
+        degraded,
+        log: logged.map(|report| LogFigures { messages: report.messages, lost: report.events_lost }),
+    };
+    summary.write(path)
+}
+
+/// Says how a run ended, and gives the exit status.
+fn conclude(args: &Args, Ended { end, state, .. }: &Ended) -> ExitCode {
+    let (code, words) = match end {
+        End::Over if args.pace == Pace::Lockstep => (ended_in(*state), "the other side ended the run".to_owned()),
+        End::Over => (ended_in(*state), "the run is over; the drives were told to let go".to_owned()),
+        End::Stopped => (ended_in(*state), "stopped; the drives were told to let go".to_owned()),
+        End::Tripped => (1, "tripped; the drives were told to let go".to_owned()),
+        End::Silent => (1, format!("nothing came from the other side for {} s", args.dead_man_s)),
+        End::Lost(error) => (1, error.to_string()),
+    };
+    say(words);
+    ExitCode::from(code)
+}
+
+fn say_counts(Ended { bus, .. }: &Ended) {
+    let run::BusCounts { sent, received, delayed, given_up, lost } = bus;
+    let mut line = format!("bus: {sent} frames sent, {received} received, {lost} lost");
+    if *delayed > 0 {
+        line += &format!("; the queue had no room {delayed} times, and {given_up} frames were given up");
+    }
+    say(line);
+}
+
+/// The loop on this thread, its reader on another. Tells, too, what the machine
+/// did not allow the loop.
+fn realtime(
+    stack: Stack,
+    bus: &mut dyn Bus,
+    reader: &mut Reader,
+    clock: Clock,
+    stop: &AtomicBool,
+    until: Instant,
+) -> (Ended, Vec<String>) {
+    let (mut tap, mut drain) = tap();
+    std::thread::scope(|scope| {
+        // Before the priority is raised: the reader must not inherit it.
+        let reading = scope.spawn(move || {
+            while drain.drain_into(reader) {
+                pause();
+            }
+            if drain.lost() > 0 {
+                say(format_args!("{} events are not in the log: it was written slower than they came", drain.lost()));
+            }
+        });
+        let Priority { scheduling, memory } = run::raise();
+        let degraded = [
+            (scheduling, "the loop has no real-time priority: ordinary programs delay it"),
+            (memory, "the loop's memory is not locked: it may be swapped out"),
+        ];
+        let degraded = degraded.into_iter().filter_map(|(allowed, text)| Some((allowed.err()?, text)));
+        let tell = |(refused, text): (String, &'static str)| {
+            say(format_args!("degraded: {refused}"));
+            tap.event(clock.now(), &Event::Notice(Notice { kind: DEGRADED, text }));
+            refused
+        };
+        let degraded = degraded.map(tell).collect();
+        let ended = RealTime::new(stack, bus, &mut tap, clock).run(stop, until);
+        drop(tap);
+        // A reader that panicked has said so itself.
+        let _ = reading.join();
+        (ended, degraded)
+    })
+}
+
+#[allow(clippy::disallowed_methods, reason = "the reader waits for the loop, by the wall clock")]
+fn pause() {
+    std::thread::sleep(std::time::Duration::from_millis(5));
+}
+
+/// What a stack with these drives listens to, in lock-step too.
+fn ids_to_receive(profile: &Profile) -> Vec<CanId> {
+    profile.drive_ids().chain([StepEndCodec::builtin().id()]).collect()
+}
+
+/// The exit status of a run that ended in this state, all else being well.
+fn ended_in(state: State) -> u8 {
+    u8::from(matches!(state, State::Tripped(_)))
+}
+
+fn seconds(option: &str, seconds: f64) -> Result<Duration, Problem> {
+    if (0.001..=86_400.0).contains(&seconds) {
+        return Ok(Duration::from_secs_f64(seconds));
+    }
+    Err(Problem::bare(format!("{option} will not do: found {seconds}, expected 0.001 to 86400")))
+}
