@@ -24,6 +24,7 @@ pub mod bus;
 pub mod cli;
 pub mod config;
 pub mod control;
+pub mod estimator;
 pub mod event;
 pub mod frame;
 pub mod log;

@@ -1,73 +1,41 @@
-//! How the wheels turn and where the robot is, from encoder counts.
+//! How the wheels turn and where the robot is, from what the drives report.
 
 use crate::control::Measured;
+use crate::estimator::{Estimator, Sample};
 use crate::robot::{Pose, Robot};
-use crate::time::Duration;
-use crate::wheels::{Wheel, Wheels};
+use crate::wheels::Wheels;
 
-/// Integrates latched encoder positions.
+/// Integrates what the drives report.
 pub struct Odometry {
     robot: Robot,
-    rad_per_count: f64,
-    last: Option<Sample>,
+    estimators: Wheels<Estimator>,
     pose: Pose,
 }
 
-#[derive(Clone, Copy)]
-struct Sample {
-    position_counts: Wheels<i32>,
-    /// Counts since the beginning; never wraps.
-    travelled_counts: Wheels<i64>,
-    speed_rad_s: Wheels<f64>,
-    span_s: f64,
-    torque_nm: Wheels<f64>,
-}
-
 impl Odometry {
-    /// A robot that stands at `start`, with encoders of `counts_per_turn` at
-    /// the motor shafts.
-    pub fn new(robot: Robot, counts_per_turn: u32, start: Pose) -> Self {
-        let counts_per_wheel_turn = f64::from(counts_per_turn) * robot.gear_ratio;
-        Self { robot, rad_per_count: 2.0 * std::f64::consts::PI / counts_per_wheel_turn, last: None, pose: start }
+    /// A robot that stands at `start`, its wheels followed by `estimators`.
+    pub fn new(robot: Robot, estimators: Wheels<Estimator>, start: Pose) -> Self {
+        Self { robot, estimators, pose: start }
     }
 
-    /// Takes positions that both drives latched `span` after the ones before,
-    /// and the mean torque applied (N m) in between. Positions wrap at 32 bits.
-    ///
-    /// The acceleration is a second difference, so it is the mean over the last
-    /// two spans; the torque that goes with it is their mean, too.
-    pub fn update(&mut self, position_counts: Wheels<i32>, torque_applied_nm: Wheels<f64>, span: Duration) -> Measured {
-        let span_s = span.as_secs_f64();
-        let last = self.last.unwrap_or(Sample {
-            position_counts,
-            travelled_counts: Wheels::default(),
-            speed_rad_s: Wheels::default(),
-            span_s,
-            torque_nm: torque_applied_nm,
-        });
-        let moved_counts = position_counts.zip_with(last.position_counts, i32::wrapping_sub);
-        let moved_rad = moved_counts.map(|counts| f64::from(counts) * self.rad_per_count);
-        let speed_rad_s = moved_rad * (1.0 / span_s);
-        let travelled_counts = last.travelled_counts.zip_with(moved_counts, |sum, moved| sum + i64::from(moved));
-        self.last =
-            Some(Sample { position_counts, travelled_counts, speed_rad_s, span_s, torque_nm: torque_applied_nm });
-        self.move_pose(moved_rad);
+    /// Takes what both drives reported, each `span_s` seconds after the report
+    /// before.
+    pub fn update(&mut self, samples: Wheels<Sample>, span_s: Wheels<f64>) -> Measured {
+        let right = self.estimators.right.update(samples.right, span_s.right);
+        let left = self.estimators.left.update(samples.left, span_s.left);
+        let motion = Wheels { right, left };
+        self.move_pose(motion.map(|motion| motion.moved_rad));
         Measured {
-            angle_rad: travelled_counts.map(|counts| counts as f64 * self.rad_per_count),
-            speed_rad_s,
-            acceleration_rad_s2: (speed_rad_s - last.speed_rad_s) * (2.0 / (span_s + last.span_s)),
-            torque_nm: (torque_applied_nm + last.torque_nm) * 0.5,
+            angle_rad: motion.map(|motion| motion.angle_rad),
+            speed_rad_s: motion.map(|motion| motion.speed_rad_s),
+            acceleration_rad_s2: motion.map(|motion| motion.acceleration_rad_s2),
+            torque_nm: motion.map(|motion| motion.torque_nm),
         }
     }
 
     /// Where the robot is believed to be.
     pub fn pose(&self) -> Pose {
         self.pose
-    }
-
-    /// Counts that a wheel has moved since the beginning.
-    pub fn travelled_counts(&self, wheel: Wheel) -> i64 {
-        self.last.map_or(0, |last| last.travelled_counts[wheel])
     }
 
     /// Moves along an arc: exact while both wheels keep their speeds over the span.
@@ -93,6 +61,9 @@ impl Odometry {
 mod tests {
     use super::*;
     use crate::robot::{Load, Model};
+    use crate::schema::PositionScale;
+
+    const PERIOD_S: Wheels<f64> = Wheels { right: 0.005, left: 0.005 };
 
     fn odometry() -> Odometry {
         let robot = Robot {
@@ -106,19 +77,25 @@ mod tests {
             gear_ratio: 3.0,
             load: Load { mass_kg: 80.0, cog_distance_m: 0.2, cog_angle_rad: 2.0 },
         };
-        Odometry::new(robot, 1000, Pose::default())
+        let rad_per_unit = 2.0 * std::f64::consts::PI / 3000.0;
+        let scale = PositionScale { rad_per_unit, wraps_at: Some(4_294_967_296.0), resolution: 1.0 };
+        Odometry::new(robot, Wheels::both(Estimator::new(Some(scale), None, 0.005)), Pose::default())
+    }
+
+    fn at(counts: Wheels<i32>) -> Wheels<Sample> {
+        counts.map(|counts| Sample { position: Some(f64::from(counts)), ..Sample::default() })
     }
 
     #[test]
-    fn positions_that_wrap_go_on() {
+    fn positions_that_wrap_go_straight_on() {
         let mut odometry = odometry();
-        let period = Duration::from_millis(5);
         let mut counts = Wheels::both(i32::MAX - 100);
+        let mut measured = Measured::default();
         for _ in 0..10 {
-            odometry.update(counts, Wheels::default(), period);
+            measured = odometry.update(at(counts), PERIOD_S);
             counts = counts.map(|counts| counts.wrapping_add(60));
         }
-        assert_eq!(odometry.travelled_counts(Wheel::Right), 540);
+        assert!((measured.angle_rad.right - 2.0 * std::f64::consts::PI * 540.0 / 3000.0).abs() < 1e-12);
         assert_eq!(odometry.pose().y_m, 0.0);
         assert!(odometry.pose().x_m > 0.0);
     }
@@ -126,23 +103,10 @@ mod tests {
     #[test]
     fn wheels_against_each_other_turn_the_robot_on_the_spot() {
         let mut odometry = odometry();
-        odometry.update(Wheels::default(), Wheels::default(), Duration::from_millis(5));
-        odometry.update(Wheels { right: 300, left: -300 }, Wheels::default(), Duration::from_millis(5));
+        odometry.update(at(Wheels::default()), PERIOD_S);
+        odometry.update(at(Wheels { right: 300, left: -300 }), PERIOD_S);
         let angle_rad = 2.0 * std::f64::consts::PI * 300.0 / 3000.0;
         assert!((odometry.pose().heading_rad - 0.122 * angle_rad / 0.27).abs() < 1e-12);
         assert!(odometry.pose().distance_m(&Pose::default()) < 1e-15);
-    }
-
-    #[test]
-    fn acceleration_and_torque_are_means_over_the_same_two_periods() {
-        let mut odometry = odometry();
-        let period = Duration::from_millis(10);
-        let at = |counts: i32| Wheels::both(counts);
-        odometry.update(at(0), Wheels::both(0.0), period);
-        odometry.update(at(10), Wheels::both(4.0), period);
-        let measured = odometry.update(at(40), Wheels::both(6.0), period);
-        let rad_per_count = 2.0 * std::f64::consts::PI / 3000.0;
-        assert!((measured.acceleration_rad_s2.left - 20.0 * rad_per_count / 1e-4).abs() < 1e-9);
-        assert_eq!(measured.torque_nm.left, 5.0);
     }
 }

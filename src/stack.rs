@@ -6,23 +6,34 @@
 //! [`Stack::poll_event`], then wait for a frame or for [`Stack::next_wakeup`],
 //! whichever comes first.
 //!
-//! Once a period T it sends SYNC. Drives latch their encoders at it and answer;
-//! when both have, the control law runs and the torques for the next period
-//! leave. Whatever the host's jitter, a torque acts exactly one period after
-//! the positions it was made from.
+//! Once a period T it makes the drives answer, as their profile says: by SYNC,
+//! at which they latch their encoders, or by asking each. When both have
+//! answered, the control law runs. The torque acts at the next SYNC; where
+//! drives put a torque into force when it arrives, it is held back and is the
+//! first thing that leaves in the next period. So a torque acts exactly one
+//! period after the positions it was made from, whatever the host's jitter.
 
 use std::collections::VecDeque;
 
 use crate::control::{Controller, Decision, Measured, Sampling};
+use crate::estimator::{Estimator, Sample};
 use crate::event::{Event, Notice, SyncEvent, Tick};
 use crate::frame::Frame;
 use crate::odometry::Odometry;
 use crate::safety::{Gate, Reason, State};
-use crate::schema::{Command, DecodeError, DriveState, FaultCode, Feedback, Message, Profile, Request};
+use crate::schema::{
+    Acts, Applied, Asks, Command, Conversation, DecodeError, DriveState, FaultCode, Feedback, Heartbeat, Message,
+    Profile, Request, StateId,
+};
 use crate::time::{Duration, Instant};
 use crate::wheels::{Wheel, Wheels};
 
 mod config;
+mod drives;
+mod remainder;
+
+use drives::{DriveView, Verdict};
+use remainder::Remainder;
 
 pub use config::{DriveConfig, RobotFile, StackConfig};
 
@@ -52,8 +63,18 @@ pub struct Stack {
     sync_sent: u8,
     /// When that was.
     sync_at: Instant,
-    /// When the SYNC was whose feedback was answered last.
-    sampled_at: Option<Instant>,
+    /// When that was whose feedback was answered last, by wheel.
+    sampled_at: Wheels<Option<Instant>>,
+    /// The torque that the last commands asked for, N m.
+    commanded_nm: Wheels<f64>,
+    /// The torque in force since this period began, and in the one before it,
+    /// as far as the stack knows, N m.
+    in_force_nm: [Wheels<f64>; 2],
+    /// The torque for drives that act when it arrives, N m: it waits for the
+    /// next period.
+    held_nm: Wheels<f64>,
+    /// What the last commands could not say.
+    remainder: Remainder,
     command_counters: Wheels<u8>,
     /// Wheel angles at which motion began, rad.
     origin_rad: Wheels<f64>,
@@ -74,29 +95,9 @@ pub enum Operator {
     Reset,
 }
 
-/// What the stack knows of a drive.
-#[derive(Clone, Copy, Debug, Default)]
-struct DriveView {
-    /// Feedback of this period, if it has come.
-    fresh: Option<Feedback>,
-    /// The last state it reported.
-    state: Option<DriveState>,
-    /// Earlier SYNCs that it has yet to answer.
-    owed: u32,
-}
-
 /// Odd frames of which notice is given in a period: somebody may send them as
 /// fast as the bus can.
 const ODDITIES_A_PERIOD: u8 = 3;
-
-impl DriveView {
-    /// The same drive in the next period; if it `was_asked` in the one before
-    /// and did not answer, it owes that.
-    fn begin_period(self, was_asked: bool) -> Self {
-        let unanswered = u32::from(was_asked && self.fresh.is_none());
-        Self { fresh: None, owed: self.owed.saturating_add(unanswered), ..self }
-    }
-}
 
 impl Stack {
     /// A stack that will send its first SYNC at `start`.
@@ -106,9 +107,9 @@ impl Stack {
             period: config.period,
             profile: config.profile.clone(),
             controller: controller.build(Sampling::OverBus),
-            odometry: Odometry::new(controller.belief, config.drive.counts_per_turn, config.start),
+            odometry: Odometry::new(controller.belief, estimators(config), config.start),
             gate: Gate::new(config.safety, config.period.as_secs_f64()),
-            drives: Wheels::default(),
+            drives: Wheels::both(DriveView::new()),
             ticks: 0,
             ticks_answered: 0,
             next_sync: start,
@@ -120,27 +121,32 @@ impl Stack {
             sync_counter: 0,
             sync_sent: 0,
             sync_at: start,
-            sampled_at: None,
+            sampled_at: Wheels::default(),
+            commanded_nm: Wheels::default(),
+            in_force_nm: [Wheels::default(); 2],
+            held_nm: Wheels::default(),
+            remainder: Remainder::default(),
             command_counters: Wheels::default(),
             origin_rad: Wheels::default(),
             measured: Measured::default(),
             decision: Decision::default(),
-            // A period makes at most 5 frames and a handful of events.
-            frames: VecDeque::with_capacity(16),
+            // A period makes a handful of frames and of events.
+            frames: VecDeque::with_capacity(64),
             events: VecDeque::with_capacity(16),
         }
     }
 
     /// Takes a frame that arrived at `at`. Those of others on the bus are
     /// ignored; so are corrupt ones, which is noted.
-    pub fn handle_frame(&mut self, _at: Instant, frame: &Frame) {
+    pub fn handle_frame(&mut self, at: Instant, frame: &Frame) {
         match self.profile.decode(frame) {
-            Ok(Message::Feedback(wheel, feedback)) => self.take_feedback(wheel, feedback),
-            Ok(Message::Heartbeat(wheel, heartbeat)) => self.take_state(wheel, heartbeat.state),
-            Ok(Message::Fault(_, fault)) if fault != FaultCode::None => {
-                self.enter(State::Tripped(Reason::DriveFault));
+            Ok(message) => {
+                self.take(at, message);
+                if let Some(other) = self.profile.decode_other(frame) {
+                    self.take(at, other);
+                }
             }
-            Ok(_) | Err(DecodeError::UnknownId) => {}
+            Err(DecodeError::UnknownId) => {}
             Err(_) => self.note_oddity("frame-refused", "a frame could not be decoded and was ignored"),
         }
     }
@@ -165,8 +171,7 @@ impl Stack {
         }
         self.next_sync += self.period;
         self.sync_at = at;
-        self.send_sync();
-        self.drives = self.drives.map(|drive| drive.begin_period(self.ticks > 0));
+        self.begin_period();
         self.awaiting_feedback = true;
         self.oddities_left = ODDITIES_A_PERIOD;
         let reference = self.controller.reference().pose;
@@ -200,7 +205,7 @@ impl Stack {
     /// state, and a last SYNC puts that into force. What a runtime sends last.
     pub fn farewell(&mut self) {
         self.stop();
-        self.command(Wheels::default());
+        self.speak(Wheels::default());
         self.send_sync();
     }
 
@@ -236,41 +241,67 @@ impl Stack {
         }
     }
 
-    fn take_feedback(&mut self, wheel: Wheel, feedback: Feedback) {
-        if feedback.counter != self.profile.feedback_counter(wheel, self.sync_sent) {
-            return self.take_odd_feedback(wheel);
+    /// Makes the drives answer; what waited for that goes first, or right
+    /// after the SYNC.
+    fn begin_period(&mut self) {
+        self.drives = self.drives.map(|drive| drive.begin_period(self.ticks > 0));
+        self.send_sync();
+        if self.profile.acts == Acts::OnArrival {
+            let is_running = self.gate.state() == State::Running;
+            self.speak(if is_running { self.held_nm } else { Wheels::default() });
         }
-        if self.drives[wheel].fresh.is_some() {
-            return self.note_oddity("feedback-repeated", "feedback that had come already was ignored");
+        self.in_force_nm = [self.commanded_nm, self.in_force_nm[0]];
+        if self.profile.asks == Asks::ByPoll {
+            self.frames.extend(self.profile.polls().map(|poll| self.profile.encode(&poll)));
         }
-        self.take_state(wheel, feedback.state);
-        self.drives[wheel].fresh = Some(feedback);
-        // A drive's frames keep their order: what it owed until now is lost.
-        self.drives[wheel].owed = 0;
-        if let (true, Some(right), Some(left)) =
-            (self.awaiting_feedback, self.drives.right.fresh, self.drives.left.fresh)
-        {
+    }
+
+    fn take(&mut self, at: Instant, message: Message) {
+        match message {
+            Message::Feedback(wheel, feedback) => self.take_feedback(at, wheel, &feedback),
+            Message::Heartbeat(wheel, Heartbeat { state, fault }) => self.take_state(wheel, state, Some(fault)),
+            Message::Fault(_, fault) if fault != FaultCode::None => self.enter(State::Tripped(Reason::DriveFault)),
+            _ => {}
+        }
+    }
+
+    fn take_feedback(&mut self, at: Instant, wheel: Wheel, feedback: &Feedback) {
+        let echoes = self.profile.counter_echoes_sync;
+        let expected = if echoes { self.profile.feedback_counter(wheel, self.sync_sent) } else { None };
+        match self.drives[wheel].take(feedback, expected) {
+            Verdict::Fresh => {}
+            Verdict::Unasked => return self.trip(Reason::CounterJump),
+            Verdict::Late => {
+                return self.note_oddity("feedback-late", "feedback came after the next SYNC had left and was ignored");
+            }
+            // Drives with a clock of their own may report more often than asked for.
+            Verdict::Repeated if matches!(self.profile.asks, Asks::Nothing | Asks::ByCommand) => return,
+            Verdict::Repeated => {
+                return self.note_oddity("feedback-repeated", "feedback that had come already was ignored");
+            }
+        }
+        self.take_state(wheel, feedback.state, feedback.fault);
+        self.drives[wheel].sampled_at = Some(if self.profile.asks == Asks::Nothing { at } else { self.sync_at });
+        if let (true, Some(right), Some(left)) = (
+            self.awaiting_feedback,
+            self.drives.right.complete(&self.profile),
+            self.drives.left.complete(&self.profile),
+        ) {
             self.answer(Wheels { right, left });
         }
     }
 
-    /// Feedback that answers another SYNC than the last: one that is still owed
-    /// is late and worth nothing any more; any other nobody asked for.
-    fn take_odd_feedback(&mut self, wheel: Wheel) {
-        let owed = &mut self.drives[wheel].owed;
-        if *owed == 0 {
-            return self.trip(Reason::CounterJump);
+    fn take_state(&mut self, wheel: Wheel, state: Option<StateId>, fault: Option<FaultCode>) {
+        if fault.is_some_and(|fault| fault != FaultCode::None) {
+            self.trip(Reason::DriveFault);
         }
-        *owed -= 1;
-        self.note_oddity("feedback-late", "feedback came after the next SYNC had left and was ignored");
-    }
-
-    fn take_state(&mut self, wheel: Wheel, state: DriveState) {
+        let Some(state) = state else { return };
         let before = self.drives[wheel].state.replace(state);
-        if state == DriveState::Fault && before != Some(state) {
+        let means = self.profile.conversation.meaning(state);
+        if means == DriveState::Fault && before.map(|before| self.profile.conversation.meaning(before)) != Some(means) {
             self.notice("drive-in-fault", "a drive is in its fault state, and stays there until it is cleared");
         }
-        match (self.gate.state(), state) {
+        match (self.gate.state(), means) {
             (_, DriveState::Fault) => self.trip(Reason::DriveFault),
             (State::Running, DriveState::Ready | DriveState::Boot) => {
                 self.enter(State::Tripped(Reason::DriveDisabled));
@@ -280,14 +311,13 @@ impl Stack {
     }
 
     /// Both drives have answered: the law runs, the torques leave.
-    fn answer(&mut self, feedback: Wheels<Feedback>) {
+    fn answer(&mut self, samples: Wheels<Sample>) {
         self.awaiting_feedback = false;
         self.ticks_answered += 1;
-        let last = self.sampled_at.replace(self.sync_at);
-        let span = last.map_or(self.period, |last| self.sync_at - last);
-        let positions = feedback.map(|feedback| feedback.position_counts);
-        let applied = feedback.map(|feedback| feedback.torque_applied_nm);
-        self.measured = self.odometry.update(positions, applied, span);
+        let samples = self.with_torque(samples);
+        let span_s = self.spans_s();
+        self.measured = self.odometry.update(samples, span_s);
+        self.believe_silent_drives();
         self.step_state();
         let mut wanted = Wheels::default();
         if self.gate.state() == State::Running {
@@ -298,6 +328,46 @@ impl Stack {
             wanted = self.decision.torque_nm;
         }
         self.finish_period(wanted);
+    }
+
+    /// Time between this sample of each wheel and the one before, s.
+    fn spans_s(&mut self) -> Wheels<f64> {
+        let period = self.period;
+        Wheels::from_fn(|wheel| {
+            let now = self.drives[wheel].sampled_at.unwrap_or(self.sync_at);
+            let last = self.sampled_at[wheel].replace(now);
+            let span = last.map_or(period, |last| now - last);
+            // Two reports cannot be of the same moment, whatever the clock says.
+            if span > Duration::ZERO { span.as_secs_f64() } else { period.as_secs_f64() }
+        })
+    }
+
+    /// Where drives do not report the torque that they applied, it is taken to
+    /// be the one that they were asked for, as the frame could say it; where
+    /// they report it coarsely, within a step of what they report.
+    fn with_torque(&self, samples: Wheels<Sample>) -> Wheels<Sample> {
+        let mut samples = samples;
+        for wheel in Wheel::BOTH {
+            let reported_nm = samples[wheel].torque_nm;
+            let step_nm = match self.profile.applied_torque(wheel) {
+                None => f64::INFINITY,
+                Some(scale) if self.profile.applied == Applied::Coarse => scale.resolution_nm,
+                Some(_) => continue,
+            };
+            let said_nm = self.profile.torque_as_said(wheel, self.in_force_nm[1][wheel]);
+            samples[wheel].torque_nm = said_nm.clamp(reported_nm - step_nm, reported_nm + step_nm);
+        }
+        samples
+    }
+
+    /// Drives that never tell their state are taken to be in the one that they
+    /// were asked to be in.
+    fn believe_silent_drives(&mut self) {
+        if !self.profile.tells_state {
+            let wish = if self.request() == Request::Enable { DriveState::Enabled } else { DriveState::Ready };
+            let state = self.profile.conversation.state_meaning(wish);
+            self.drives = self.drives.map(|drive| drive.believed_in(state));
+        }
     }
 
     /// A drive did not answer in time. The last torque is held, until that has
@@ -314,12 +384,14 @@ impl Stack {
     /// Lets through what the gate lets through, and goes on to the next tick.
     fn finish_period(&mut self, wanted_nm: Wheels<f64>) {
         let before = self.gate.state();
-        let torque_sent_nm = self.gate.pass(wanted_nm);
+        let torque_sent_nm = self.pass(wanted_nm);
         if self.gate.state() != before {
             self.tell_state();
         }
-        self.command(torque_sent_nm);
-        self.clear_fault_wanted = false;
+        match self.profile.acts {
+            Acts::AtSync => self.speak(torque_sent_nm),
+            Acts::OnArrival => self.held_nm = torque_sent_nm,
+        }
         self.tell_tick(wanted_nm, torque_sent_nm);
         if self.gate.state() == State::Running {
             self.controller.advance();
@@ -327,24 +399,56 @@ impl Stack {
     }
 
     fn send_sync(&mut self) {
-        self.sync_sent = self.sync_counter;
-        self.send(&Message::Sync { counter: self.sync_counter });
-        self.sync_counter = self.profile.next_sync_counter(self.sync_counter);
+        if self.profile.has_sync() {
+            self.sync_sent = self.sync_counter;
+            self.send(&Message::Sync { counter: self.sync_counter });
+            self.sync_counter = self.profile.next_sync_counter(self.sync_counter);
+        }
     }
 
-    /// Sends both drives a torque, N m, and what state to be in.
-    fn command(&mut self, torque_nm: Wheels<f64>) {
+    /// What the gate lets through of a torque, N m, and of what the commands
+    /// before could not say.
+    fn pass(&mut self, wanted_nm: Wheels<f64>) -> Wheels<f64> {
+        if !self.profile.carries_remainder || self.gate.state() != State::Running {
+            self.remainder = Remainder::default();
+            return self.gate.pass(wanted_nm);
+        }
+        let asked_nm = self.remainder.added_to(wanted_nm);
+        let sent_nm = self.gate.pass(asked_nm);
+        self.remainder.settle(&self.profile, asked_nm, sent_nm);
+        sent_nm
+    }
+
+    /// Sends both drives a torque, N m, and what leads to the state wanted.
+    fn speak(&mut self, torque_nm: Wheels<f64>) {
         let request = self.request();
-        for wheel in Wheel::BOTH {
+        let states = self.drives.map(|drive| drive.state.unwrap_or(Conversation::FIRST));
+        let commands = Wheels::from_fn(|wheel| {
             let counter = self.command_counters[wheel];
             self.command_counters[wheel] = self.profile.next_command_counter(wheel, counter);
-            self.send(&Message::Command(wheel, Command { torque_nm: torque_nm[wheel], request, counter }));
+            let word = self.profile.conversation.word_in_command(states[wheel], request);
+            Message::Command(wheel, Command { torque_nm: torque_nm[wheel], word, counter })
+        });
+        if self.profile.shares_command() {
+            self.frames.push_back(self.profile.encode_shared(&commands));
+        } else {
+            self.send(&commands.right);
+            self.send(&commands.left);
         }
+        for wheel in Wheel::BOTH {
+            let words = self.profile.conversation.words_beside(states[wheel], request);
+            self.frames.extend(words.map(|word| self.profile.encode(&Message::Word(wheel, word))));
+        }
+        self.commanded_nm = torque_nm;
+        self.clear_fault_wanted = false;
     }
 
     /// The transitions that wait for the drives or the operator.
     fn step_state(&mut self) {
-        let both = |wanted: DriveState| self.drives.all(|drive| drive.state == Some(wanted));
+        let conversation = &self.profile.conversation;
+        let both = |wanted: DriveState| {
+            self.drives.all(|drive| drive.state.is_some_and(|state| conversation.meaning(state) == wanted))
+        };
         match self.gate.state() {
             State::Boot => self.enter(State::Stopped),
             State::Stopped if self.enable_wanted && both(DriveState::Ready) => self.enter(State::Enabling),
@@ -425,4 +529,13 @@ impl Stack {
             torque_sent_nm,
         }));
     }
+}
+
+/// What follows each wheel.
+fn estimators(config: &StackConfig) -> Wheels<Estimator> {
+    let profile = &config.profile;
+    Wheels::from_fn(|wheel| {
+        let speed_step_rad_s = profile.speed_resolution_rad_s(wheel);
+        Estimator::new(profile.position_scale(wheel), speed_step_rad_s, config.period.as_secs_f64())
+    })
 }

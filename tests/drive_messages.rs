@@ -3,7 +3,7 @@
 
 use canloop::config::{Document, Source};
 use canloop::frame::{CanId, Frame, FrameKind};
-use canloop::schema::{Command, DecodeError, DriveState, FaultCode, Feedback, Heartbeat, Message, Profile, Request};
+use canloop::schema::{Command, DecodeError, FaultCode, Feedback, Heartbeat, Message, Profile, StateId};
 use canloop::wheels::Wheel;
 use proptest::prelude::*;
 
@@ -13,11 +13,12 @@ fn profile() -> Profile {
 
 fn messages() -> impl Strategy<Value = Message> {
     let wheels = prop::sample::select(Wheel::BOTH.to_vec());
-    let requests = prop::sample::select(vec![Request::Disable, Request::Enable, Request::ClearFault]);
-    let states =
-        prop::sample::select(vec![DriveState::Boot, DriveState::Ready, DriveState::Enabled, DriveState::Fault]);
+    let conversation = profile().conversation;
+    let words = prop::sample::select(["disable", "enable", "clear_fault"].map(|name| conversation.word(name)).to_vec());
+    let calm = prop::sample::select(["boot", "ready", "enabled"].map(|name| conversation.state(name)).to_vec());
+    let failed = conversation.state("fault");
+    let states = prop_oneof![calm.clone(), Just(failed)];
     let faults = prop::sample::select(vec![
-        FaultCode::None,
         FaultCode::CommandTimeout,
         FaultCode::CommandCorrupt,
         FaultCode::OverCurrent,
@@ -28,28 +29,38 @@ fn messages() -> impl Strategy<Value = Message> {
     let torques = (i16::MIN..=i16::MAX).prop_map(|raw| f64::from(raw) * 0.005);
     prop_oneof![
         any::<u8>().prop_map(|counter| Message::Sync { counter }),
-        (wheels.clone(), torques.clone(), requests, 0..16_u8).prop_map(|(wheel, torque_nm, request, counter)| {
-            Message::Command(wheel, Command { torque_nm, request, counter })
+        (wheels.clone(), torques.clone(), words, 0..16_u8).prop_map(|(wheel, torque_nm, word, counter)| {
+            Message::Command(wheel, Command { torque_nm, word, counter })
         }),
-        (wheels.clone(), any::<i32>(), torques, states.clone(), 0..16_u8).prop_map(
-            |(wheel, position_counts, torque_applied_nm, state, counter)| {
-                Message::Feedback(wheel, Feedback { position_counts, torque_applied_nm, state, counter })
+        (wheels.clone(), any::<i32>(), torques, states, 0..16_u8).prop_map(
+            |(wheel, position, torque_nm, state, counter)| {
+                Message::Feedback(wheel, reported(position, torque_nm, state, counter))
             }
         ),
-        (wheels.clone(), states, faults.clone())
-            .prop_map(|(wheel, state, fault)| Message::Heartbeat(wheel, Heartbeat { state, fault })),
+        (wheels.clone(), calm)
+            .prop_map(|(wheel, state)| Message::Heartbeat(wheel, Heartbeat { state, fault: FaultCode::None })),
+        (wheels.clone(), faults.clone())
+            .prop_map(move |(wheel, fault)| Message::Heartbeat(wheel, Heartbeat { state: failed, fault })),
         (wheels, faults).prop_map(|(wheel, fault)| Message::Fault(wheel, fault)),
     ]
 }
 
+fn reported(position: i32, torque_nm: f64, state: Option<StateId>, counter: u8) -> Feedback {
+    Feedback {
+        position: Some(f64::from(position)),
+        torque_applied_nm: Some(torque_nm),
+        state,
+        counter: Some(counter),
+        ..Feedback::default()
+    }
+}
+
 fn command(torque_nm: f64) -> Message {
-    Message::Command(Wheel::Right, Command { torque_nm, request: Request::Enable, counter: 5 })
+    Message::Command(Wheel::Right, Command { torque_nm, word: profile().conversation.word("enable"), counter: 5 })
 }
 
 fn feedback() -> Message {
-    let feedback =
-        Feedback { position_counts: -123_456, torque_applied_nm: -12.345, state: DriveState::Enabled, counter: 9 };
-    Message::Feedback(Wheel::Left, feedback)
+    Message::Feedback(Wheel::Left, reported(-123_456, -12.345, profile().conversation.state("enabled"), 9))
 }
 
 proptest! {
@@ -70,7 +81,7 @@ proptest! {
     ) {
         let profile = profile();
         let _ = profile.decode(&Frame::classic(CanId::Standard(id), &payload));
-        let sent = Command { torque_nm, request: Request::Enable, counter };
+        let sent = Command { torque_nm, word: profile.conversation.word("enable"), counter };
         let frame = profile.encode(&Message::Command(Wheel::Right, sent));
         let Ok(Message::Command(_, got)) = profile.decode(&frame) else { panic!("{frame} is a command") };
         prop_assert!((-163.84..=163.835).contains(&got.torque_nm));
@@ -123,7 +134,7 @@ fn a_torque_out_of_range_becomes_the_nearest_that_fits() {
     }
     assert_eq!(sent(f64::NAN), 0.0);
     assert_eq!((scale.resolution_nm, scale.minimum_nm, scale.maximum_nm), (0.005, -163.84, 163.835));
-    assert_eq!(profile.applied_torque(Wheel::Left), scale);
+    assert_eq!(profile.applied_torque(Wheel::Left), Some(scale));
 }
 
 /// The wheel drive without CRCs, and with another layout of the commands'
@@ -190,7 +201,7 @@ fn counters_wrap_at_their_signal_s_width() {
     let profile = profile();
     assert_eq!(profile.next_command_counter(Wheel::Right, 14), 15);
     assert_eq!(profile.next_command_counter(Wheel::Right, 15), 0);
-    assert_eq!(profile.feedback_counter(Wheel::Left, 0x35), 5);
+    assert_eq!(profile.feedback_counter(Wheel::Left, 0x35), Some(5));
     assert_eq!(profile.next_sync_counter(15), 16);
     assert_eq!(profile.next_sync_counter(255), 0);
 }
@@ -199,7 +210,7 @@ fn counters_wrap_at_their_signal_s_width() {
 /// implementation.
 #[test]
 fn a_command_has_the_bytes_that_the_readme_describes() {
-    let message = Message::Command(Wheel::Right, Command { torque_nm: -1.0, request: Request::Enable, counter: 10 });
-    let frame = profile().encode(&message);
+    let word = profile().conversation.word("enable");
+    let frame = profile().encode(&Message::Command(Wheel::Right, Command { torque_nm: -1.0, word, counter: 10 }));
     assert_eq!(frame.to_string(), "201#38FFA184");
 }

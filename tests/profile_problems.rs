@@ -2,7 +2,7 @@
 //! what it should be, is refused at the key that asks.
 
 use canloop::config::{Document, Problem, Problems, Source};
-use canloop::schema::Profile;
+use canloop::schema::{Patience, Profile};
 
 const TOML: &str = include_str!("../dbc/wheel_drive.toml");
 const DBC: &str = include_str!("../dbc/wheel_drive.dbc");
@@ -56,8 +56,8 @@ fn the_profile_that_comes_along_is_good() {
     assert_eq!(profile.name, "wheel_drive");
     assert_eq!(profile.toml_text, TOML);
     assert_eq!((profile.node_ids.right, profile.node_ids.left), (1, 2));
-    assert_eq!(profile.heartbeat_period, canloop::time::Duration::from_millis(100));
-    assert_eq!(profile.command_timeout_periods, 4);
+    assert_eq!(profile.heartbeat_period, Some(canloop::time::Duration::from_millis(100)));
+    assert_eq!(profile.watchdog.map(|watchdog| watchdog.patience), Some(Patience::Periods(4)));
 }
 
 #[test]
@@ -101,14 +101,14 @@ fn one_message_cannot_have_two_roles() {
 
 #[test]
 fn signals_that_cannot_serve_are_refused() {
-    assert_dbc_refused("SG_ Position : 0|32@1- (1,0)", "SG_ Position : 0|32@1- (0.5,0)", &["`Position`", "32 bits"]);
+    assert_dbc_refused("SG_ Position : 0|32@1- (1,0)", "SG_ Position : 0|32@1- (0.5,0)", &["`Position`", "48 bits"]);
     assert_dbc_refused("SG_ Counter : 20|4@1+", "SG_ Counter : 20|4@1-", &["`Counter`", "unsigned"]);
     assert_dbc_refused("SG_ Crc : 24|8@1+", "SG_ Crc : 24|7@1+", &["`Crc`", "8 bits that are a whole byte"]);
     assert_dbc_refused("SG_ Crc : 24|8@1+", "SG_ Crc : 22|8@1+", &["`Crc`", "8 bits that are a whole byte"]);
     assert_dbc_refused(
         "SG_ Torque : 0|16@1- (0.005,0) [-163.84|163.835]",
         "SG_ Torque : 0|16@1- (0.005,200) [0|0]",
-        &["`Torque`", "a finite range that includes 0 N m"],
+        &["`Torque`", "a finite range that includes 0"],
     );
     assert_dbc_refused("SG_ Request : 16|4@1+", "SG_ Request : 16|1@1+", &["`Request`", "`ClearFault`, 2"]);
 }
@@ -120,10 +120,10 @@ fn a_heartbeat_without_a_period_is_refused() {
 
 #[test]
 fn keys_that_are_missing_unknown_or_out_of_range_are_reported() {
-    assert_refused("torque_at = \"wheel\"", "torque_at = \"motor\"", &["expected one of \"wheel\""]);
-    assert_refused("timeout_periods = 4", "timeout_periods = 0", &["found 0", "from 1 to 1000"]);
+    assert_refused("torque_at = \"wheel\"", "torque_at = \"axle\"", &["expected one of \"wheel\", \"motor\""]);
+    assert_refused("periods = 4", "periods = 0", &["found 0", "from 1 to 1000"]);
     let message = problem(&format!("{TOML}brake = \"Brake\"\n"), DBC).to_string();
-    assert!(message.contains("unknown key `values.fault.brake`"), "{message}");
+    assert!(message.contains("unknown key `faults.brake`"), "{message}");
     let toml = TOML.replacen("torque = \"Torque\"\n", "", 1);
     assert!(problem(&toml, DBC).to_string().contains("`command.torque` is missing"));
 }

@@ -86,6 +86,8 @@ struct Bench<'s, S> {
     sink: &'s mut S,
     /// Events of the stack that wait until what happened before is told.
     told_by_stack: Vec<Event>,
+    /// The stack's time: that of the period which it began last.
+    now: Instant,
     /// Where the path wanted the robot at the last SYNC sent.
     reference: Pose,
     /// The truth at the last SYNC that arrived.
@@ -102,6 +104,7 @@ impl<'s, S: Sink> Bench<'s, S> {
             far_side: FarSide::new(scenario, bitrate_bit_s, start),
             sink,
             told_by_stack: Vec::with_capacity(16),
+            now: start,
             reference: scenario.stack.controller.path.start(),
             truth: None,
         }
@@ -132,6 +135,7 @@ impl<'s, S: Sink> Bench<'s, S> {
     /// takes what came of it.
     fn step(&mut self) {
         let now = self.stack.next_wakeup();
+        self.now = now;
         self.stack.handle_wakeup(now);
         while let Some(event) = self.stack.poll_event() {
             self.told_by_stack.push(event);
@@ -151,7 +155,8 @@ impl<'s, S: Sink> Bench<'s, S> {
             Some((at, Happening::Frame(crossed))) => {
                 self.sink.event(at, &Event::Frame(crossed));
                 if !crossed.sent_by_stack {
-                    self.stack.handle_frame(at, &crossed.frame);
+                    // In lock-step nothing moves between two beginnings.
+                    self.stack.handle_frame(self.now, &crossed.frame);
                     while let Some(event) = self.stack.poll_event() {
                         self.told_by_stack.push(event);
                     }
@@ -164,7 +169,7 @@ impl<'s, S: Sink> Bench<'s, S> {
                 self.sink.event(at, &Event::Truth(truth));
                 self.truth = Some(truth);
             }
-            None => {}
+            Some((_, Happening::Answered)) | None => {}
         }
     }
 

@@ -1,16 +1,17 @@
 //! Everything on the far side of the stack's connector: the wire, the drives,
-//! the plant. It goes on in steps, one a SYNC, in virtual time.
+//! the plant. It goes on in steps, one a period of the stack's, in virtual time.
 //!
-//! A SYNC takes it to the next multiple of the period and lets it run until
-//! both drives have answered. What the stack sends in between enters the wire
-//! at the moment it stands at. So whoever hands it the same frames in the same
+//! The frame that begins the stack's period, a SYNC or the first of those that
+//! stand in for one, takes it to the next multiple of the period. It runs until
+//! all frames of that beginning have come and both drives have answered. What
+//! the stack sends enters the wire at the moment it stands at. So whoever hands it the same frames in the same
 //! order gets the same answers at the same moments, whatever lies between: a
 //! function call, a socket, a real bus.
 
 use std::collections::VecDeque;
 
 use canloop::event::BusFrame;
-use canloop::frame::{CanId, Frame};
+use canloop::frame::Frame;
 use canloop::time::{Duration, Instant};
 use canloop::wheels::{Wheel, Wheels};
 
@@ -24,11 +25,10 @@ pub struct FarSide {
     wire: Wire,
     robot: VirtualRobot,
     period: Duration,
-    sync_id: CanId,
-    feedback_ids: Wheels<CanId>,
     now: Instant,
-    /// When the next SYNC is due.
+    /// When the next period is due to begin.
     next_tick: Instant,
+    step: Step,
     /// Feedback that drives have sent and the wire has yet to deliver.
     unanswered: u32,
     happenings: VecDeque<(Instant, Happening)>,
@@ -41,59 +41,92 @@ pub enum Happening {
     /// A frame crossed the wire. What the stack did not send itself is now
     /// its to take.
     Frame(BusFrame),
-    /// A SYNC reached the drives: a period began.
+    /// A period began for the drives.
     Synced(Synced),
+    /// The drives have answered: nothing more comes before the next period.
+    Answered,
+}
+
+/// How far a step has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    /// The frame that begins it is on its way.
+    Awaited,
+    /// It has begun.
+    Begun,
+    /// It is over.
+    Over,
 }
 
 /// The robot at the beginning of a period.
 #[derive(Clone, Copy, Debug)]
 pub struct Synced {
-    /// Periods since the first SYNC.
+    /// Periods since the first.
     pub tick: u64,
     /// The plant's state.
     pub state: State,
     /// Mean torque at the wheels over the period that has ended, N m.
     pub torque_nm: Wheels<f64>,
-    /// Whether both drives are enabled.
-    pub enabled: bool,
+    /// The period in which the path began, if it has, as far as drives know.
+    pub path_began: Option<u64>,
 }
 
 impl FarSide {
     /// The far side of `scenario`, on a bus of this bit rate, before the
     /// first SYNC, which is due at `start`.
     pub fn new(scenario: &Scenario, bitrate_bit_s: u32, start: Instant) -> Self {
-        let profile = scenario.stack.profile.clone();
         Self {
-            sync_id: profile.sync_id(),
-            feedback_ids: Wheels::from_fn(|wheel| profile.feedback_id(wheel)),
-            robot: VirtualRobot::new(profile, scenario.plant(), scenario.drive_spec(), start),
+            robot: scenario.virtual_robot(start),
             wire: Wire::new(bitrate_bit_s),
             period: scenario.stack.period,
             now: start,
             next_tick: start,
+            step: Step::Over,
             unanswered: 0,
             happenings: VecDeque::with_capacity(32),
         }
     }
 
-    /// Takes a frame that the stack sends. A SYNC makes a step.
+    /// Takes a frame that the stack sends. The one that begins its period makes
+    /// a step.
     pub fn take(&mut self, frame: Frame) {
-        if frame.id != self.sync_id {
-            return self.wire.send(self.now, Node::Stack, frame);
+        if self.robot.profile().begins_period(&frame) {
+            let tick = self.next_tick;
+            self.next_tick += self.period;
+            while self.happen_until(tick) {}
+            self.now = self.now.max(tick);
+            self.step = Step::Awaited;
         }
-        let tick = self.next_tick;
-        self.next_tick += self.period;
-        while self.happen_until(tick) {}
-        self.now = self.now.max(tick);
         self.wire.send(self.now, Node::Stack, frame);
-        let mut synced = false;
-        while !(synced && self.unanswered == 0) && self.happen_until(self.next_tick) {
-            synced |= self.unanswered > 0;
+        if self.step != Step::Over {
+            self.go_on();
         }
     }
 
+    /// Goes on with a step that has begun: to its end, or until the stack must
+    /// send more.
+    fn go_on(&mut self) {
+        while !self.has_been_answered() {
+            let waits_for_more = self.robot.awaited() > 0 && !self.wire.has_queued(Node::Stack);
+            if (self.step == Step::Begun && waits_for_more) || !self.happen_until(self.next_tick) {
+                break;
+            }
+        }
+        if self.step == Step::Begun && self.robot.awaited() == 0 {
+            self.step = Step::Over;
+            self.happenings.push_back((self.now, Happening::Answered));
+        }
+    }
+
+    fn has_been_answered(&self) -> bool {
+        self.step == Step::Begun
+            && self.robot.awaited() == 0
+            && self.unanswered == 0
+            && self.robot.next_feedback() >= self.next_tick
+    }
+
     /// Lets what is on the wire cross it, up to the moment at which the next
-    /// SYNC is due: for the end of a run.
+    /// period is due: for the end of a run.
     pub fn settle(&mut self) {
         while self.happen_until(self.next_tick) {}
     }
@@ -137,14 +170,15 @@ impl FarSide {
         let sent_by_stack = sender == Node::Stack;
         self.happenings.push_back((at, Happening::Frame(BusFrame { bus: 0, sent_by_stack, frame })));
         if !sent_by_stack {
-            self.unanswered -= u32::from(self.is_feedback(&frame));
+            self.unanswered -= u32::from(self.robot.profile().is_feedback(frame.id));
         } else if self.robot.handle_frame(&frame, self.period.as_secs_f64()) {
             let synced = Synced {
                 tick: self.robot.ticks() - 1,
                 state: *self.robot.state(),
                 torque_nm: self.robot.torque_applied_nm(),
-                enabled: self.robot.is_enabled(),
+                path_began: self.robot.path_began(),
             };
+            self.step = Step::Begun;
             self.happenings.push_back((at, Happening::Synced(synced)));
         }
     }
@@ -155,12 +189,8 @@ impl FarSide {
                 Wheel::Right => Node::Right,
                 Wheel::Left => Node::Left,
             };
-            self.unanswered += u32::from(self.is_feedback(&frame));
+            self.unanswered += u32::from(self.robot.profile().is_feedback(frame.id));
             self.wire.send(self.now, node, frame);
         }
-    }
-
-    fn is_feedback(&self, frame: &Frame) -> bool {
-        self.feedback_ids.any(|&id| id == frame.id)
     }
 }

@@ -5,12 +5,14 @@ use canloop::bus::read_bit_rate;
 use canloop::config::{Bound, Document, Problems, Reader, Section};
 use canloop::robot::Robot;
 use canloop::stack::StackConfig;
+use canloop::time::Instant;
 use canloop::wheels::{Wheel, Wheels};
 
 use crate::drive::DriveSpec;
 use crate::encoder::Encoder;
 use crate::expect::Expectation;
 use crate::plant::{Friction, Plant};
+use crate::virtual_robot::VirtualRobot;
 
 /// Everything that a run is made from.
 #[derive(Clone, Debug)]
@@ -83,6 +85,14 @@ impl Scenario {
         Plant::new(self.robot, self.friction, self.stack.start)
     }
 
+    /// Drives and plant as they are, not as the stack believes them to be,
+    /// switched on at `start`.
+    pub fn virtual_robot(&self, start: Instant) -> VirtualRobot {
+        let mut profile = self.stack.profile.clone();
+        profile.fit(&self.stack.drive.motor(self.robot.gear_ratio));
+        VirtualRobot::new(profile, self.plant(), self.drive_spec(), start)
+    }
+
     /// The simulated drives.
     pub fn drive_spec(&self) -> DriveSpec {
         let drive = &self.stack.drive;
@@ -91,7 +101,6 @@ impl Scenario {
             torque_limit_nm: drive.torque_limit_nm,
             torque_step_nm: self.stack.profile.command_torque(Wheel::Right).resolution_nm,
             current_loop_s: drive.current_loop_s,
-            command_timeout_periods: self.stack.profile.command_timeout_periods,
         }
     }
 

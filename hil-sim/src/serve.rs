@@ -12,7 +12,7 @@ use canloop::bus::{Arrival, Bus, BusError};
 use canloop::event::{Event, Sink};
 use canloop::frame::Frame;
 use canloop::run::Clock;
-use canloop::schema::{Message, Profile, StepEnd, StepEndCodec};
+use canloop::schema::{Profile, StepEnd, StepEndCodec};
 use canloop::time::{Duration, Instant};
 
 use crate::bench::{End, Outcome, is_lost, truth};
@@ -30,6 +30,8 @@ pub struct Server<'r, S> {
     step_end: StepEndCodec,
     route: Route,
     ticks: u64,
+    /// The period that began last, and how the run ends with it if it does.
+    begun: Option<(u64, Option<End>)>,
     ignored: u64,
     /// Frames that were lost on the way here.
     lost: u64,
@@ -95,6 +97,7 @@ impl<'r, S: Sink> Server<'r, S> {
             step_end: StepEndCodec::builtin(),
             route: Route::new(scenario),
             ticks: scenario.ticks(),
+            begun: None,
             ignored: 0,
             lost: 0,
         }
@@ -155,7 +158,7 @@ impl<'r, S: Sink> Server<'r, S> {
     }
 
     fn is_for_drives(&self, frame: &Frame) -> bool {
-        matches!(self.profile.decode(frame), Ok(Message::Sync { .. } | Message::Command(..)))
+        self.profile.is_for_drives(frame)
     }
 
     /// A run that is over counts no more frames, but who hangs up on a
@@ -176,8 +179,8 @@ impl<'r, S: Sink> Server<'r, S> {
         }
     }
 
-    /// Hands a frame to the far side and passes on what comes of it. A SYNC
-    /// that arrived gives the tick, and how the run ends if it does.
+    /// Hands a frame to the far side and passes on what comes of it. A step
+    /// that is over gives the tick, and how the run ends if it does.
     fn take(&mut self, frame: Frame) -> Result<Option<(u64, Option<End>)>, BusError> {
         self.far_side.take(frame);
         let mut step = None;
@@ -189,7 +192,8 @@ impl<'r, S: Sink> Server<'r, S> {
                         self.send(&crossed.frame)?;
                     }
                 }
-                Happening::Synced(synced) => step = Some((synced.tick, self.tell(at, &synced))),
+                Happening::Synced(synced) => self.begun = Some((synced.tick, self.tell(at, &synced))),
+                Happening::Answered => step = self.begun.take(),
             }
         }
         if let Some((tick, end)) = step {
@@ -200,7 +204,7 @@ impl<'r, S: Sink> Server<'r, S> {
     }
 
     fn tell(&mut self, at: Instant, synced: &Synced) -> Option<End> {
-        let reference = self.route.at(synced.tick, synced.enabled);
+        let reference = self.route.at(synced.tick, synced.path_began);
         let truth = truth(synced.tick, &synced.state, &reference, synced.torque_nm);
         self.sink.event(at, &Event::Truth(truth));
         if is_lost(&truth) {

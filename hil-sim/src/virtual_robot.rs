@@ -2,14 +2,15 @@
 //! behind them.
 //!
 //! Like the stack it has no hands and no watch: frames and moments in, frames
-//! out. The plant advances at each SYNC, by as much as it is told, so nothing
-//! depends on when exactly the frames between two of them crossed.
+//! out. In lock-step the plant advances when the stack's period begins, by as
+//! much as it is told, so nothing depends on when exactly the frames of a
+//! period crossed. By the clock it is moved on whenever something happens.
 
 use std::collections::VecDeque;
 
 use canloop::frame::Frame;
-use canloop::schema::{DriveState, Message, Profile};
-use canloop::time::Instant;
+use canloop::schema::{Acts, Asks, DriveState, FaultCode, Feedback, Message, Profile};
+use canloop::time::{Duration, Instant};
 use canloop::wheels::{Wheel, Wheels};
 
 use crate::drive::{Drive, DriveSpec};
@@ -20,72 +21,128 @@ pub struct VirtualRobot {
     profile: Profile,
     plant: Plant,
     drives: Wheels<Drive>,
-    /// SYNCs seen.
+    /// Periods begun.
     ticks: u64,
-    torque_applied_nm: Wheels<f64>,
+    /// Frames of this period's beginning that have yet to come.
+    awaited: u32,
+    /// The period in which the path began.
+    path_began: Option<u64>,
+    /// Whether a torque has been asked of an enabled drive.
+    is_driven: bool,
+    /// Count of feedback that counts by itself.
+    own_count: u8,
     next_heartbeat: Instant,
+    /// When feedback is due that nobody asks for.
+    next_feedback: Instant,
     frames: VecDeque<(Wheel, Frame)>,
 }
 
 impl VirtualRobot {
     /// Drives that are switched on at `start` in front of `plant`.
     pub fn new(profile: Profile, plant: Plant, spec: DriveSpec, start: Instant) -> Self {
+        let is_asked = profile.asks != Asks::Nothing;
+        let cycle = profile.feedback_period.filter(|_| !is_asked);
         Self {
-            profile,
             plant,
-            drives: Wheels::both(Drive::new(spec)),
+            drives: Wheels::from_fn(|_| Drive::new(spec, &profile)),
             ticks: 0,
-            torque_applied_nm: Wheels::default(),
-            next_heartbeat: start,
-            frames: VecDeque::with_capacity(16),
+            awaited: 0,
+            path_began: None,
+            is_driven: false,
+            own_count: 0,
+            next_heartbeat: profile.heartbeat_period.map_or(Instant::MAX, |_| start),
+            next_feedback: cycle.map_or(Instant::MAX, |cycle| start + Duration::from_nanos(cycle.as_nanos() / 4)),
+            profile,
+            frames: VecDeque::with_capacity(64),
         }
     }
 
-    /// Takes a frame from the bus; says whether it was a SYNC, which takes the
-    /// plant on by `span_s`. What is no drive's business, or corrupt, is
+    /// The profile that the drives keep to.
+    pub const fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
+    /// Takes a frame from the bus; says whether it began a period, which takes
+    /// the plant on by `span_s`. What is no drive's business, or corrupt, is
     /// ignored, as a drive would.
     pub fn handle_frame(&mut self, frame: &Frame, span_s: f64) -> bool {
-        match self.profile.decode(frame) {
-            Ok(Message::Sync { counter }) => {
-                self.sync(counter, span_s);
-                true
-            }
-            Ok(Message::Command(wheel, command)) => {
-                self.drives[wheel].take_command(command);
-                false
-            }
-            _ => false,
+        if let Some(each) = self.profile.broadcast(frame) {
+            let began = each.map(|frame| self.handle_frame(&frame, span_s));
+            return began.right || began.left;
         }
+        let Ok(message) = self.profile.decode(frame) else { return false };
+        let begins = match message {
+            Message::Sync { .. } => true,
+            Message::Command(Wheel::Right, _) => !self.profile.has_sync(),
+            _ => false,
+        };
+        if begins {
+            self.begin_period(span_s);
+        }
+        if self.profile.is_at_beginning(&message) {
+            self.awaited = self.awaited.saturating_sub(1);
+        }
+        self.take(message);
+        if let Some(other) = self.profile.decode_other(frame) {
+            self.take(other);
+        }
+        if self.ticks > 0 && self.path_began.is_none() {
+            self.look_whether_the_path_begins();
+        }
+        begins
     }
 
     /// Whether a frame is valid and meant for the drives.
     pub fn is_addressed_by(&self, frame: &Frame) -> bool {
-        matches!(self.profile.decode(frame), Ok(Message::Sync { .. } | Message::Command(..)))
+        self.profile.is_for_drives(frame)
+    }
+
+    /// Frames of this period's beginning that have yet to come.
+    pub const fn awaited(&self) -> u32 {
+        self.awaited
+    }
+
+    /// Takes the plant on by `span_s`, within a period.
+    pub fn advance(&mut self, span_s: f64) {
+        if span_s > 0.0 {
+            self.plant.advance(span_s, self.drives.as_ref().map(Drive::torque));
+            for wheel in Wheel::BOTH {
+                self.drives[wheel].elapse(span_s);
+                self.tell_fault(wheel);
+            }
+        }
     }
 
     /// Takes the plant on by a period of `span_s` in which no SYNC came.
     pub fn go_without_sync(&mut self, span_s: f64) {
-        self.plant.advance(span_s, self.drives.as_ref().map(Drive::torque));
+        self.advance(span_s);
         for wheel in Wheel::BOTH {
-            self.drives[wheel].go_without_sync(span_s);
+            self.drives[wheel].go_without_sync();
             self.tell_fault(wheel);
         }
     }
 
-    /// Takes note that `at` has come: heartbeats are due.
+    /// Takes note that `at` has come: heartbeats may be due, and feedback.
     pub fn handle_wakeup(&mut self, at: Instant) {
-        if at < self.next_heartbeat {
-            return;
+        if let Some(period) = self.profile.heartbeat_period.filter(|_| at >= self.next_heartbeat) {
+            self.next_heartbeat += period;
+            let messages = Wheels::from_fn(|wheel| Message::Heartbeat(wheel, self.drives[wheel].heartbeat()));
+            self.send_both(messages, self.profile.shares_heartbeat());
         }
-        self.next_heartbeat += self.profile.heartbeat_period;
-        for wheel in Wheel::BOTH {
-            self.send(wheel, Message::Heartbeat(wheel, self.drives[wheel].heartbeat()));
+        if let Some(period) = self.profile.feedback_period.filter(|_| at >= self.next_feedback) {
+            self.next_feedback += period;
+            self.report_all(0);
         }
     }
 
     /// When it next wants [`Self::handle_wakeup`].
-    pub const fn next_wakeup(&self) -> Instant {
-        self.next_heartbeat
+    pub fn next_wakeup(&self) -> Instant {
+        self.next_heartbeat.min(self.next_feedback)
+    }
+
+    /// When feedback is due that nobody asks for.
+    pub const fn next_feedback(&self) -> Instant {
+        self.next_feedback
     }
 
     /// The next frame a drive sends.
@@ -93,49 +150,147 @@ impl VirtualRobot {
         self.frames.pop_front()
     }
 
-    /// SYNCs seen.
+    /// Periods begun.
     pub const fn ticks(&self) -> u64 {
         self.ticks
     }
 
-    /// The plant's state at the last SYNC.
+    /// The plant's state.
     pub fn state(&self) -> &State {
         self.plant.state()
     }
 
-    /// Whether both drives are enabled.
-    pub fn is_enabled(&self) -> bool {
-        self.drives.all(|drive| drive.heartbeat().state == DriveState::Enabled)
+    /// A drive.
+    pub fn drive(&self, wheel: Wheel) -> &Drive {
+        &self.drives[wheel]
     }
 
-    /// Mean torque at the wheels over the period that ended with the last
-    /// SYNC, N m.
-    pub const fn torque_applied_nm(&self) -> Wheels<f64> {
-        self.torque_applied_nm
+    /// The period in which the path began, as far as drives can know: that in
+    /// which both were enabled, or, where that shows late, the one before that
+    /// in which a first torque came.
+    pub const fn path_began(&self) -> Option<u64> {
+        self.path_began
     }
 
-    fn sync(&mut self, sync_counter: u8, span_s: f64) {
-        // Nothing has moved before the first SYNC: it marks time zero.
-        let span_s = if self.ticks == 0 { 0.0 } else { span_s };
-        self.ticks += 1;
-        if span_s > 0.0 {
-            let torque = self.drives.as_ref().map(Drive::torque);
-            self.plant.advance(span_s, torque);
+    /// Mean torque at the wheels over the period that has ended, N m.
+    pub fn torque_applied_nm(&self) -> Wheels<f64> {
+        self.drives.as_ref().map(Drive::period_mean_nm)
+    }
+
+    /// Something in a drive fails.
+    pub fn raise_fault(&mut self, wheel: Wheel, fault: FaultCode) {
+        self.drives[wheel].raise(fault);
+        self.tell_fault(wheel);
+    }
+
+    /// Switches a drive off and on again.
+    pub fn power_cycle(&mut self, wheel: Wheel) {
+        self.drives[wheel].power_cycle();
+    }
+
+    /// Ends the period so far, `span_s` after what happened before, and begins
+    /// another.
+    pub fn begin_period(&mut self, span_s: f64) {
+        // Nothing has moved before the first period: it marks time zero.
+        if self.ticks > 0 {
+            self.advance(span_s);
         }
-        let angle_rad = self.plant.state().angle_rad;
+        self.ticks += 1;
+        self.awaited = self.profile.frames_at_beginning();
         for wheel in Wheel::BOTH {
-            let drive = &mut self.drives[wheel];
-            let counter = self.profile.feedback_counter(wheel, sync_counter);
-            let feedback = drive.sync(span_s, angle_rad[wheel], counter);
-            self.torque_applied_nm[wheel] = feedback.torque_applied_nm;
+            self.drives[wheel].begin_period();
+        }
+    }
+
+    fn take(&mut self, message: Message) {
+        match message {
+            Message::Sync { counter } => self.sync(counter),
+            Message::Command(wheel, command) => {
+                self.drives[wheel].take_command(command, self.profile.command_has_counter());
+                self.is_driven |= command.torque_nm != 0.0 && self.drives[wheel].state() == DriveState::Enabled;
+                self.answer(wheel);
+            }
+            Message::Word(wheel, word) => {
+                self.drives[wheel].hear(word);
+                if self.profile.is_said_in_place_of_a_command(wheel, word) {
+                    self.answer(wheel);
+                }
+            }
+            Message::Poll(wheel, part) => self.report(wheel, part, 0),
+            _ => {}
+        }
+    }
+
+    fn sync(&mut self, sync_counter: u8) {
+        for wheel in Wheel::BOTH {
+            self.drives[wheel].sync();
             self.tell_fault(wheel);
-            self.send(wheel, Message::Feedback(wheel, feedback));
+            if self.profile.asks == Asks::BySync {
+                (0..self.profile.parts()).for_each(|part| self.report(wheel, part, sync_counter));
+            }
+        }
+    }
+
+    /// Drives that answer every command do so.
+    fn answer(&mut self, wheel: Wheel) {
+        if self.profile.asks == Asks::ByCommand {
+            (0..self.profile.parts()).for_each(|part| self.report(wheel, part, 0));
+        }
+    }
+
+    fn report_all(&mut self, sync_counter: u8) {
+        self.own_count = self.own_count.wrapping_add(1);
+        for part in 0..self.profile.parts() {
+            Wheel::BOTH.into_iter().for_each(|wheel| self.report(wheel, part, sync_counter));
+        }
+    }
+
+    /// Sends a part of a drive's feedback; one that both wheels share goes with
+    /// the right wheel's.
+    fn report(&mut self, wheel: Wheel, part: u8, sync_counter: u8) {
+        if self.profile.shares_feedback(part) {
+            if wheel == Wheel::Right {
+                let both = Wheels::from_fn(|wheel| self.feedback(wheel, part, sync_counter));
+                self.send_both(both, true);
+            }
+        } else if !self.drives[wheel].is_silent() {
+            let message = self.feedback(wheel, part, sync_counter);
+            self.send(wheel, message);
+        }
+    }
+
+    fn feedback(&self, wheel: Wheel, part: u8, sync_counter: u8) -> Message {
+        let state = self.plant.state();
+        let position = |count| self.profile.position_at_count(wheel, count);
+        let said = self.drives[wheel].feedback(state.angle_rad[wheel], state.speed_rad_s[wheel], position);
+        let count = if self.profile.counter_echoes_sync { sync_counter } else { self.own_count };
+        let counter = self.profile.feedback_counter(wheel, count);
+        Message::Feedback(wheel, Feedback { part, counter, ..said })
+    }
+
+    fn look_whether_the_path_begins(&mut self) {
+        let tick = self.ticks - 1;
+        if self.drives.all(|drive| drive.state() == DriveState::Enabled) {
+            if self.profile.acts == Acts::AtSync {
+                self.path_began = Some(tick);
+            } else if self.is_driven {
+                self.path_began = Some(tick.saturating_sub(1));
+            }
         }
     }
 
     fn tell_fault(&mut self, wheel: Wheel) {
-        if let Some(fault) = self.drives[wheel].take_raised_fault() {
+        let raised = self.drives[wheel].take_raised_fault();
+        if let Some(fault) = raised.filter(|_| self.profile.tells_faults()) {
             self.send(wheel, Message::Fault(wheel, fault));
+        }
+    }
+
+    fn send_both(&mut self, messages: Wheels<Message>, is_shared: bool) {
+        if is_shared {
+            self.frames.push_back((Wheel::Right, self.profile.encode_shared(&messages)));
+        } else {
+            Wheel::BOTH.into_iter().for_each(|wheel| self.send(wheel, messages[wheel]));
         }
     }
 

@@ -39,9 +39,8 @@ const LOOK_UP: Duration = Duration::from_millis(20);
 impl<'r, S: Sink> WallServer<'r, S> {
     /// The far side of `scenario` on `bus`.
     pub fn new(scenario: &Scenario, bitrate_bit_s: u32, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock) -> Self {
-        let profile = scenario.stack.profile.clone();
         Self {
-            robot: VirtualRobot::new(profile, scenario.plant(), scenario.drive_spec(), clock.now()),
+            robot: scenario.virtual_robot(clock.now()),
             bus,
             sink,
             clock,
@@ -111,7 +110,7 @@ impl<'r, S: Sink> WallServer<'r, S> {
         }
         self.plant_at = Some(at);
         let tick = self.robot.ticks() - 1;
-        let reference = self.route.at(tick, self.robot.is_enabled());
+        let reference = self.route.at(tick, self.robot.path_began());
         let truth = truth(tick, self.robot.state(), &reference, self.robot.torque_applied_nm());
         self.sink.event(at, &Event::Truth(truth));
         if is_lost(&truth) {

@@ -90,6 +90,11 @@ impl Wire {
         Some((end, node, frame))
     }
 
+    /// Whether a frame of `node`'s has yet to cross.
+    pub fn has_queued(&self, node: Node) -> bool {
+        !self.queues[node as usize].is_empty()
+    }
+
     /// What has crossed so far.
     pub const fn stats(&self) -> &WireStats {
         &self.stats

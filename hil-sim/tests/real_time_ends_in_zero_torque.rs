@@ -13,7 +13,7 @@ use canloop::event::{Event, Sink};
 use canloop::frame::Frame;
 use canloop::run::{Clock, End, Ended, RealTime};
 use canloop::safety::{Reason, State};
-use canloop::schema::{Command, Message, Profile, Request};
+use canloop::schema::{Command, Message, Profile};
 use canloop::stack::{Operator, Stack};
 use canloop::time::{Duration, Instant};
 use canloop::wheels::{Wheel, Wheels};
@@ -193,9 +193,10 @@ fn run_into(trouble: Trouble) -> (std::thread::Result<Ended>, LastWords) {
 #[track_caller]
 fn assert_told_to_let_go(words: &LastWords) {
     assert!(words.most_nm > 1.0, "the robot was under way: {words:?}");
+    let profile = Profile::builtin("wheel_drive").expect("it is built in");
     for wheel in Wheel::BOTH {
-        let Command { torque_nm, request, .. } = words.commands[wheel];
-        assert_eq!((torque_nm, request), (0.0, Request::Disable), "{wheel:?}");
+        let Command { torque_nm, word, .. } = words.commands[wheel];
+        assert_eq!((torque_nm, word), (0.0, profile.conversation.word("disable")), "{wheel:?}");
     }
     assert!(words.in_force, "no SYNC came behind the last commands");
 }

@@ -5,7 +5,7 @@
 use canloop::event::Event;
 use canloop::frame::Frame;
 use canloop::safety::{Reason, State};
-use canloop::schema::{Command, DriveState, FaultCode, Feedback, Message, Profile, Request};
+use canloop::schema::{Command, FaultCode, Feedback, Heartbeat, Message, Patience, Profile};
 use canloop::stack::{Operator, Stack};
 use canloop::time::Instant;
 use canloop::wheels::{Wheel, Wheels};
@@ -47,8 +47,7 @@ impl Rig {
         let overrides = ["path.duration_s=20.0".to_owned()];
         let scenario = Scenario::load("dac-friction", &overrides).expect("a good scenario");
         let (profile, start) = (scenario.stack.profile.clone(), Instant::ZERO);
-        let spec = scenario.drive_spec();
-        let robot = VirtualRobot::new(profile.clone(), scenario.plant(), spec, start);
+        let robot = scenario.virtual_robot(start);
         let mut rig = Self {
             stack: Stack::new(&scenario.stack, start),
             robot,
@@ -114,8 +113,9 @@ impl Rig {
         Wheel::BOTH.iter().all(|&wheel| self.sent[wheel].torque_nm == 0.0)
     }
 
-    fn asks_for(&self, request: Request) -> bool {
-        Wheel::BOTH.iter().all(|&wheel| self.sent[wheel].request == request)
+    fn asks_for(&self, word: &str) -> bool {
+        let word = self.profile.conversation.word(word);
+        Wheel::BOTH.iter().all(|&wheel| self.sent[wheel].word == word)
     }
 
     fn applies_no_torque(&self) -> bool {
@@ -178,7 +178,7 @@ fn torque_is_zero_two_periods_after_a_drive_falls_silent() {
         assert_eq!(rig.stack.state(), State::Tripped(Reason::StaleFeedback));
         assert!(rig.notices.contains(&"tripped"), "{:?}", rig.notices);
         assert!(rig.sends_zero_torque());
-        assert!(rig.asks_for(Request::Disable));
+        assert!(rig.asks_for("disable"));
         rig.run(1);
         assert!(rig.applies_no_torque());
     }
@@ -245,7 +245,8 @@ fn corrupt_commands_are_ignored_until_the_drives_own_watchdog_stops_them() {
 #[test]
 fn drives_that_hear_nothing_any_more_stop_by_themselves() {
     let mut rig = Rig::under_way();
-    let timeout = rig.profile.command_timeout_periods;
+    let patience = rig.profile.watchdog.map(|watchdog| watchdog.patience);
+    let Some(Patience::Periods(timeout)) = patience else { panic!("{patience:?}") };
     rig.tamper = |profile, frame| match profile.decode(frame) {
         Ok(Message::Command(..)) => Fate::Vanishes,
         _ => Fate::Crosses,
@@ -266,7 +267,7 @@ fn a_fault_of_one_drive_stops_both_wheels() {
     rig.inject(Message::Fault(Wheel::Left, FaultCode::OverCurrent));
     assert_eq!(rig.stack.state(), State::Tripped(Reason::DriveFault));
     rig.run(1);
-    assert!(rig.sends_zero_torque() && rig.asks_for(Request::Disable));
+    assert!(rig.sends_zero_torque() && rig.asks_for("disable"));
     rig.run(2);
     assert!(rig.applies_no_torque());
     rig.assert_at_rest_for_good();
@@ -276,10 +277,8 @@ fn a_fault_of_one_drive_stops_both_wheels() {
 #[test]
 fn a_drive_that_leaves_its_enabled_state_unasked_stops_both_wheels() {
     let mut rig = Rig::under_way();
-    rig.inject(Message::Heartbeat(
-        Wheel::Right,
-        canloop::schema::Heartbeat { state: DriveState::Ready, fault: FaultCode::None },
-    ));
+    let state = rig.profile.conversation.state("ready");
+    rig.inject(Message::Heartbeat(Wheel::Right, Heartbeat { state, fault: FaultCode::None }));
     assert_eq!(rig.stack.state(), State::Tripped(Reason::DriveDisabled));
     rig.run(1);
     assert!(rig.sends_zero_torque());
@@ -292,7 +291,7 @@ fn the_operator_s_stop_takes_the_torque_away_with_the_next_command() {
     rig.stack.operate(Operator::Stop);
     assert_eq!(rig.stack.state(), State::Stopped);
     rig.run(1);
-    assert!(rig.sends_zero_torque() && rig.asks_for(Request::Disable));
+    assert!(rig.sends_zero_torque() && rig.asks_for("disable"));
     rig.run(2);
     assert!(rig.applies_no_torque());
     rig.assert_at_rest_for_good();
@@ -306,7 +305,7 @@ fn a_drive_that_sends_the_same_feedback_over_and_over_counts_as_silent() {
     let mut rig = Rig::under_way();
     rig.tamper = |profile, frame| {
         if let Ok(Message::Feedback(Wheel::Right, mut feedback)) = profile.decode(frame) {
-            (feedback.position_counts, feedback.counter) = (1000, 3);
+            (feedback.position, feedback.counter) = (Some(1000.0), Some(3));
             *frame = profile.encode(&Message::Feedback(Wheel::Right, feedback));
         }
         Fate::Crosses
@@ -356,8 +355,8 @@ fn feedback_that_nobody_asked_for_stops_the_robot_and_only_reset_and_enable_move
     let mut rig = Rig::under_way();
     let counter = 2;
     assert_ne!(counter, (UNDER_WAY_PERIODS - 1) % 16, "a repeated counter would be ignored");
-    let replayed =
-        Feedback { position_counts: 0, torque_applied_nm: 0.0, state: DriveState::Enabled, counter: counter as u8 };
+    let state = rig.profile.conversation.state("enabled");
+    let replayed = Feedback { state, counter: Some(counter as u8), ..Feedback::default() };
     rig.inject(Message::Feedback(Wheel::Right, replayed));
     assert_eq!(rig.stack.state(), State::Tripped(Reason::CounterJump));
     rig.run(1);

@@ -13,4 +13,4 @@ mod reader;
 
 pub use document::Document;
 pub use problem::{Problem, Problems, Source};
-pub use reader::{Bound, Reader, Section, nearest};
+pub use reader::{Bound, Item, Reader, Section, nearest};

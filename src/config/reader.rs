@@ -30,6 +30,18 @@ pub struct Section<'r> {
     is_no_table: bool,
 }
 
+/// A value of one of several kinds.
+pub enum Item<'r> {
+    /// A string.
+    Text(String),
+    /// A whole number.
+    Integer(i64),
+    /// A finite number with a fraction, or one that could have had one.
+    Number(f64),
+    /// A table.
+    Table(Section<'r>),
+}
+
 /// What a number must keep to; every number must be finite besides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
@@ -54,9 +66,17 @@ impl<'d> Reader<'d> {
         Section::new(self, String::new(), &self.document.root)
     }
 
-    /// Reports a problem found by the caller.
+    /// Reports a problem found by the caller; one that is known already, only
+    /// once.
     pub fn report(&self, problem: Problem) {
-        self.problems.borrow_mut().push(problem);
+        let mut problems = self.problems.borrow_mut();
+        let is_same = |known: &Problem| {
+            known.place.is_some()
+                && (&known.place, &known.title, &known.label) == (&problem.place, &problem.title, &problem.label)
+        };
+        if !problems.iter().any(is_same) {
+            problems.push(problem);
+        }
     }
 
     /// Ends reading: `value` if nothing was wrong, else all that was, keys
@@ -145,6 +165,33 @@ impl<'r> Section<'r> {
             other => {
                 self.complain(key, &format!("found {}, expected an array of tables, [[{path}]]", other.found()));
                 Vec::new()
+            }
+        }
+    }
+
+    /// The values under `key`: those of an array, or the one that stands there
+    /// alone; none where it is not given.
+    pub fn items(&self, key: &str) -> Vec<Item<'r>> {
+        let Some(entry) = self.get(key) else { return Vec::new() };
+        let path = join(&self.path, key);
+        match &entry.node.value {
+            Value::Array(items) => {
+                let item = |(index, node)| self.item(key, format!("{path}[{index}]"), node);
+                items.iter().enumerate().filter_map(item).collect()
+            }
+            _ => self.item(key, path, &entry.node).into_iter().collect(),
+        }
+    }
+
+    fn item(&self, key: &str, path: String, node: &'r Node) -> Option<Item<'r>> {
+        match &node.value {
+            Value::Text(text) => Some(Item::Text(text.clone())),
+            Value::Integer(number) => Some(Item::Integer(*number)),
+            Value::Float(number) if number.is_finite() => Some(Item::Number(*number)),
+            Value::Table(_) => Some(Item::Table(Section::new(self.reader, path, node))),
+            other => {
+                self.complain(key, &format!("found {}, expected a name, a number or a table", other.found()));
+                None
             }
         }
     }

@@ -49,6 +49,11 @@ impl Crc8 {
         bytes.iter().fold(remainder, |remainder, byte| self.table[usize::from(remainder ^ byte)])
     }
 
+    /// The running remainder after `bytes`, the last one first.
+    pub(super) fn update_reversed(&self, remainder: u8, bytes: &[u8]) -> u8 {
+        bytes.iter().rev().fold(remainder, |remainder, byte| self.table[usize::from(remainder ^ byte)])
+    }
+
     /// The CRC that a running remainder ends in.
     #[inline]
     pub(super) const fn finish(&self, remainder: u8) -> u8 {

@@ -33,6 +33,9 @@ pub enum DecodeError {
         /// `torque`.
         role: &'static str,
     },
+    /// None of the words that this message can say.
+    #[error("none of the words that the profile gives this message")]
+    UnknownWord,
     /// A number that the value table does not name, or not for the profile.
     #[error("{role} {found}, which the profile does not name")]
     UnknownValue {

@@ -1,8 +1,9 @@
 //! What drives and stack say to each other, apart from how a bus lays it out.
 
+use super::conversation::{StateId, WordId};
 use crate::wheels::Wheel;
 
-/// One frame's meaning.
+/// One frame's meaning for one wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Message {
     /// Starts a period: drives latch their encoders and put the torque they
@@ -13,6 +14,10 @@ pub enum Message {
     },
     /// From the stack to a drive.
     Command(Wheel, Command),
+    /// From the stack to a drive: a remote request for a part of its feedback.
+    Poll(Wheel, u8),
+    /// From the stack to a drive: a word that has a message of its own.
+    Word(Wheel, WordId),
     /// From a drive, once a period.
     Feedback(Wheel, Feedback),
     /// From a drive, at its own slow rate, synchronised or not.
@@ -24,15 +29,15 @@ pub enum Message {
 /// What the stack asks of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Command {
-    /// Torque at the wheel for the period that begins with the next SYNC, N m.
+    /// Torque at the wheel, N m.
     pub torque_nm: f64,
-    /// What state the drive should be in.
-    pub request: Request,
-    /// Counts commands and wraps at the signal's width.
+    /// What else the command says, where a command has room for words.
+    pub word: Option<WordId>,
+    /// Counts commands and wraps at the signal's width; 0 without a counter.
     pub counter: u8,
 }
 
-/// The state that the stack wants a drive to be in.
+/// What the stack wants of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Request {
     /// No torque.
@@ -44,38 +49,42 @@ pub enum Request {
     ClearFault,
 }
 
-/// What a drive reports of the period that has just ended.
+/// What one feedback message says; `None` is what it does not carry.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Feedback {
-    /// Encoder position latched at SYNC, in counts at the motor shaft; wraps
-    /// at 32 bits.
-    pub position_counts: i32,
-    /// Mean torque at the wheel that was really applied in the period that
-    /// ended with this SYNC, N m.
-    pub torque_applied_nm: f64,
+    /// Which of the profile's feedback messages, from 0.
+    pub part: u8,
+    /// Position in the unit of its signal, which wraps with it.
+    pub position: Option<f64>,
+    /// Speed of the wheel, rad/s.
+    pub speed_rad_s: Option<f64>,
+    /// Torque at the wheel that was really applied, N m.
+    pub torque_applied_nm: Option<f64>,
     /// The drive's state.
-    pub state: DriveState,
-    /// The low bits of the counter of the SYNC that this answers, as many as
-    /// the signal has.
-    pub counter: u8,
+    pub state: Option<StateId>,
+    /// The fault that holds it in the fault state, if one does.
+    pub fault: Option<FaultCode>,
+    /// The low bits of the counter of the SYNC that this answers, or the
+    /// drive's own count.
+    pub counter: Option<u8>,
 }
 
 /// A sign of life.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Heartbeat {
-    /// The drive's state.
-    pub state: DriveState,
+    /// The drive's state, unless it is told elsewhere.
+    pub state: Option<StateId>,
     /// The fault that holds it in the fault state, if one does.
     pub fault: FaultCode,
 }
 
-/// State machine of a drive.
+/// What a drive's own state means.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DriveState {
     /// Starting up; takes no command.
     #[default]
     Boot,
-    /// Power stage off.
+    /// Power stage off, or on without torque.
     Ready,
     /// Power stage on, torque follows the command.
     Enabled,
@@ -97,8 +106,18 @@ pub enum FaultCode {
     OverCurrent,
     /// Power stage too hot.
     OverTemperature,
+    /// Motor too hot.
+    MotorOverTemperature,
     /// Supply too low.
     UnderVoltage,
+    /// Supply too high.
+    OverVoltage,
+    /// More load than the motor stands.
+    Overload,
     /// Encoder lost.
     Encoder,
+    /// Somebody asked for an emergency stop.
+    EmergencyStop,
+    /// One that the profile does not name.
+    Other,
 }

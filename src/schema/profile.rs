@@ -4,19 +4,30 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::conversation::{Conversation, Watchdog, WordId};
 use super::dbc::Dbc;
 use super::decode_error::DecodeError;
-use super::message::Message;
+use super::envelope::Envelope;
+use super::message::{Command, Feedback, Message};
 use super::profile_reader;
-use super::roles::{CommandRole, FaultRole, FeedbackRole, HeartbeatRole, SyncRole, TorqueScale};
+use super::quantities::{PositionScale, TorqueScale};
+use super::role_table::{Of, Role, RoleTable};
+use super::roles::{CommandRole, FaultRole, FeedbackRole, HeartbeatRole, SyncRole, WordRole};
+use super::units::{Motor, Nameplate};
 use crate::config::{Document, Problem, Problems, Reader, Source};
-use crate::frame::{CanId, Frame};
+use crate::frame::{CanId, Frame, FrameKind};
 use crate::time::Duration;
 use crate::wheels::{Wheel, Wheels};
 
-/// Profiles that the program brings along: name, TOML, DBC.
-const BUILTIN: [(&str, &str, &str); 1] =
-    [("wheel_drive", include_str!("../../dbc/wheel_drive.toml"), include_str!("../../dbc/wheel_drive.dbc"))];
+/// Name, TOML and DBC of the profiles that the program brings along.
+macro_rules! builtin {
+    ($($name:literal),*) => {
+        [$(($name, include_str!(concat!("../../dbc/", $name, ".toml")), include_str!(concat!("../../dbc/", $name, ".dbc")))),*]
+    };
+}
+
+const BUILTIN: &[(&str, &str, &str)] =
+    &builtin!["wheel_drive", "cia402", "odrive-0.6", "odrive-0.5", "vesc", "damiao-dm4310", "comma-body"];
 
 /// A kind of drive, and how to speak with one on each wheel.
 #[derive(Clone, Debug)]
@@ -29,49 +40,103 @@ pub struct Profile {
     pub dbc: Dbc,
     /// Node number of each wheel's drive.
     pub node_ids: Wheels<u8>,
-    /// How often a drive gives a sign of life.
-    pub heartbeat_period: Duration,
-    /// After so many periods without a valid command a drive stops by itself.
-    pub command_timeout_periods: u32,
-    pub(super) sync: SyncRole,
-    pub(super) command: Wheels<CommandRole>,
-    pub(super) feedback: Wheels<FeedbackRole>,
-    pub(super) heartbeat: Wheels<HeartbeatRole>,
-    pub(super) fault: Wheels<FaultRole>,
+    /// What the profile knows of the motors.
+    pub plate: Nameplate,
+    /// What makes drives answer.
+    pub asks: Asks,
+    /// When a command goes into force.
+    pub acts: Acts,
+    /// Whether what a command's frame cannot say of a torque is said with the
+    /// next.
+    pub carries_remainder: bool,
+    /// How often a drive sends feedback that nobody asks for.
+    pub feedback_period: Option<Duration>,
+    /// How often a drive gives a sign of life, if it does.
+    pub heartbeat_period: Option<Duration>,
+    /// What makes a drive stop that hears nothing any more.
+    pub watchdog: Option<Watchdog>,
+    /// The drive's states, and what can be said to it.
+    pub conversation: Conversation,
+    /// Whether drives tell their state at all.
+    pub tells_state: bool,
+    /// What the torque is that drives report as applied.
+    pub applied: Applied,
+    /// Whether the counter of feedback is that of the SYNC it answers; else
+    /// it is the drive's own.
+    pub counter_echoes_sync: bool,
+    pub(super) addressing: Addressing,
+    pub(super) sync: Option<SyncRole>,
+    pub(super) command: Shared<CommandRole>,
+    pub(super) feedback: Vec<Shared<FeedbackRole>>,
+    pub(super) heartbeat: Option<Shared<HeartbeatRole>>,
+    pub(super) fault: Option<Shared<FaultRole>>,
+    pub(super) words: Wheels<Vec<WordRole>>,
     pub(super) roles: RoleTable,
 }
 
-/// What a message is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Role {
-    Sync,
-    Command(Wheel),
-    Feedback(Wheel),
-    Heartbeat(Wheel),
-    Fault(Wheel),
+/// Where an arbitration id holds the node's number.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Addressing {
+    pub mask: u32,
+    /// The number that means all nodes.
+    pub broadcast: Option<u8>,
 }
 
-/// Roles by arbitration id.
+/// What makes drives answer with their feedback.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asks {
+    /// SYNC.
+    BySync,
+    /// A remote request for each part of it.
+    ByPoll,
+    /// Each command.
+    ByCommand,
+    /// Nothing: they send it by their own clock.
+    Nothing,
+}
+
+/// What a drive reports as the torque that it applied.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Applied {
+    /// The torque at the end of the period.
+    #[default]
+    TheLast,
+    /// The mean over the period.
+    TheMean,
+    /// The torque at the end of the period, so coarse that the one asked for is
+    /// believed within a step of it.
+    Coarse,
+}
+
+/// When a command goes into force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acts {
+    /// At the next SYNC.
+    AtSync,
+    /// When it arrives.
+    OnArrival,
+}
+
+/// Both wheels' parts of a message, which is one for both or one for each.
 #[derive(Clone, Debug)]
-pub(super) struct RoleTable {
-    /// One for each of the 2048 standard ids.
-    standard: Vec<Option<Role>>,
-    extended: Vec<(u32, Role)>,
+pub(super) struct Shared<T> {
+    pub wheels: Wheels<T>,
+    pub is_shared: bool,
 }
 
 impl Profile {
     /// The profile of this name that the program brings along.
     pub fn builtin(name: &str) -> Option<Self> {
-        let (name, toml, dbc) = BUILTIN.into_iter().find(|(known, ..)| *known == name)?;
-        let profile = Document::parse(format!("{name}.toml"), toml)
+        let (name, toml, dbc) = BUILTIN.iter().find(|(known, ..)| *known == name)?;
+        let profile = Document::parse(format!("{name}.toml"), *toml)
             .map_err(Problems::from)
-            .and_then(|document| Self::parse(&document, &Source::new(format!("{name}.dbc"), dbc)));
+            .and_then(|document| Self::parse(&document, &Source::new(format!("{name}.dbc"), *dbc)));
         Some(profile.unwrap_or_else(|problems| panic!("the profile that came with the program is broken:\n{problems}")))
     }
 
     /// Names of the profiles that the program brings along.
     pub fn builtin_names() -> impl Iterator<Item = &'static str> {
-        BUILTIN.into_iter().map(|(name, ..)| name)
+        BUILTIN.iter().map(|&(name, ..)| name)
     }
 
     /// A profile that the program brings along, by its name, or any other by
@@ -101,98 +166,365 @@ impl Profile {
         Ok(profile.expect("what keeps a profile from being made is reported to the reader"))
     }
 
-    /// The frame that carries `message`. A torque out of range becomes the
-    /// nearest that the frame can carry, NaN becomes 0. Allocates nothing.
+    /// The frame that carries `message`; one that both wheels share carries
+    /// nothing for the other. A torque out of range becomes the nearest that the
+    /// frame can carry, NaN becomes 0. Allocates nothing.
     #[inline]
     pub fn encode(&self, message: &Message) -> Frame {
         match message {
-            Message::Sync { counter } => self.sync.encode(*counter),
-            Message::Command(wheel, command) => self.command[*wheel].encode(command),
-            Message::Feedback(wheel, feedback) => self.feedback[*wheel].encode(feedback),
-            Message::Heartbeat(wheel, heartbeat) => self.heartbeat[*wheel].encode(heartbeat),
-            Message::Fault(wheel, fault) => self.fault[*wheel].encode(*fault),
+            Message::Sync { counter } => self.sync.as_ref().expect(NAMED).encode(*counter),
+            Message::Poll(wheel, part) => self.feedback[usize::from(*part)].wheels[*wheel].envelope.request(),
+            Message::Word(wheel, word) => {
+                let role = self.words[*wheel].iter().find(|role| role.word == *word);
+                role.expect("a word that is not in the command has a message").encode()
+            }
+            _ => self.envelope(message).seal(|data| self.write(message, data)),
         }
     }
 
-    /// What a frame says, if all of it is right. Allocates nothing.
+    /// The frame that carries both messages, which share it.
+    pub fn encode_shared(&self, both: &Wheels<Message>) -> Frame {
+        self.envelope(&both.right).seal(|data| {
+            self.write(&both.right, data);
+            self.write(&both.left, data);
+        })
+    }
+
+    /// What a frame says, if all of it is right: to or of the right wheel, where
+    /// both share it. Allocates nothing.
     #[inline]
     pub fn decode(&self, frame: &Frame) -> Result<Message, DecodeError> {
         match self.roles.get(frame.id).ok_or(DecodeError::UnknownId)? {
-            Role::Sync => self.sync.decode(frame).map(|counter| Message::Sync { counter }),
-            Role::Command(wheel) => self.command[wheel].decode(frame).map(|command| Message::Command(wheel, command)),
-            Role::Feedback(wheel) => self.feedback[wheel].decode(frame).map(|report| Message::Feedback(wheel, report)),
-            Role::Heartbeat(wheel) => self.heartbeat[wheel].decode(frame).map(|life| Message::Heartbeat(wheel, life)),
-            Role::Fault(wheel) => self.fault[wheel].decode(frame).map(|fault| Message::Fault(wheel, fault)),
+            (role, Of::One(wheel)) => self.read(role, wheel, frame),
+            (role, Of::Both) => self
+                .read(role, Wheel::Right, frame)
+                .or_else(|error| self.read(role, Wheel::Left, frame).map_err(|_| error)),
         }
+    }
+
+    /// What a frame that both wheels share says to or of the left wheel, beside
+    /// what [`Self::decode`] gives.
+    #[inline]
+    pub fn decode_other(&self, frame: &Frame) -> Option<Message> {
+        match self.roles.get(frame.id)? {
+            (Role::Sync, _) | (_, Of::One(_)) => None,
+            (role, Of::Both) => {
+                self.read(role, Wheel::Right, frame).ok()?;
+                self.read(role, Wheel::Left, frame).ok()
+            }
+        }
+    }
+
+    /// Whether a frame is valid and meant for the drives.
+    pub fn is_for_drives(&self, frame: &Frame) -> bool {
+        if let Some(each) = self.broadcast(frame) {
+            return each.any(|frame| self.is_for_drives(frame));
+        }
+        let decoded = self.decode(frame);
+        matches!(decoded, Ok(Message::Sync { .. } | Message::Command(..) | Message::Poll(..) | Message::Word(..)))
+    }
+
+    /// What each wheel's drive makes of a frame that is meant for all nodes.
+    pub fn broadcast(&self, frame: &Frame) -> Option<Wheels<Frame>> {
+        let Addressing { mask, broadcast } = self.addressing;
+        let shift = mask.trailing_zeros();
+        let raw = frame.id.raw();
+        if u32::from(broadcast?) << shift != raw & mask || self.roles.get(frame.id).is_some() {
+            return None;
+        }
+        Some(self.node_ids.map(|node| {
+            let raw = raw & !mask | u32::from(node) << shift;
+            let mut addressed = *frame;
+            addressed.id = if frame.id.is_extended() { CanId::Extended(raw) } else { CanId::Standard(raw as u16) };
+            addressed
+        }))
+    }
+
+    /// Whether a frame has the id of the one that begins the stack's period.
+    #[inline]
+    pub fn begins_period(&self, frame: &Frame) -> bool {
+        match &self.sync {
+            Some(sync) => frame.id == sync.envelope.id,
+            None => frame.id == self.command.wheels.right.envelope.id && self.word_of(Wheel::Right, frame).is_none(),
+        }
+    }
+
+    /// How many frames begin the stack's period: those to which drives answer,
+    /// and those that act when they arrive.
+    pub fn frames_at_beginning(&self) -> u32 {
+        let of = |is_shared: bool| if is_shared { 1 } else { 2 };
+        let commands = if self.acts == Acts::OnArrival { of(self.command.is_shared) } else { 0 };
+        let polls = if self.asks == Asks::ByPoll { self.polls().count() as u32 } else { 0 };
+        u32::from(self.sync.is_some()) + commands + polls
+    }
+
+    /// Whether a message is one of those that begin the stack's period.
+    pub fn is_at_beginning(&self, message: &Message) -> bool {
+        match message {
+            Message::Sync { .. } | Message::Poll(..) => true,
+            Message::Command(..) => self.acts == Acts::OnArrival,
+            _ => false,
+        }
+    }
+
+    /// Whether SYNC is sent at all.
+    pub const fn has_sync(&self) -> bool {
+        self.sync.is_some()
+    }
+
+    /// Whether commands are counted.
+    pub const fn command_has_counter(&self) -> bool {
+        self.command.wheels.right.counter.is_some()
+    }
+
+    /// Whether a word comes under the id of this wheel's command.
+    pub fn is_said_in_place_of_a_command(&self, wheel: Wheel, word: WordId) -> bool {
+        let id = self.command.wheels[wheel].envelope.id;
+        self.words[wheel].iter().any(|role| role.word == word && role.envelope.id == id)
+    }
+
+    /// Whether both wheels share the message that carries commands.
+    pub const fn shares_command(&self) -> bool {
+        self.command.is_shared
+    }
+
+    /// Whether both wheels share this part of the feedback.
+    pub fn shares_feedback(&self, part: u8) -> bool {
+        self.feedback[usize::from(part)].is_shared
+    }
+
+    /// Whether both wheels share the message that gives signs of life.
+    pub fn shares_heartbeat(&self) -> bool {
+        self.heartbeat.as_ref().is_some_and(|heartbeat| heartbeat.is_shared)
+    }
+
+    /// Whether a raised fault has a message of its own.
+    pub const fn tells_faults(&self) -> bool {
+        self.fault.is_some()
+    }
+
+    /// How many messages a drive's feedback comes in.
+    pub fn parts(&self) -> u8 {
+        self.feedback.len() as u8
+    }
+
+    /// The remote requests that ask for all feedback.
+    pub fn polls(&self) -> impl Iterator<Item = Message> {
+        let wheels = |part: u8| Wheel::BOTH.into_iter().take(if self.shares_feedback(part) { 1 } else { 2 });
+        (0..self.parts()).flat_map(move |part| wheels(part).map(move |wheel| Message::Poll(wheel, part)))
     }
 
     /// The torques that a command to this wheel's drive can ask for.
     pub fn command_torque(&self, wheel: Wheel) -> TorqueScale {
-        self.command[wheel].torque.scale
+        self.command.wheels[wheel].torque.scale
     }
 
-    /// The torques that this wheel's drive can report as applied.
-    pub fn applied_torque(&self, wheel: Wheel) -> TorqueScale {
-        self.feedback[wheel].torque_applied.scale
+    /// What a command of `torque_nm` really asks for, N m: what the frame can say.
+    pub fn torque_as_said(&self, wheel: Wheel, torque_nm: f64) -> f64 {
+        let role = &self.command.wheels[wheel];
+        let mut data = [0; 64];
+        role.write(&mut data, &Command { torque_nm, ..Command::default() });
+        role.torque.decode(&data).unwrap_or(0.0)
+    }
+
+    /// The torques that this wheel's drive can report as applied, if it does.
+    pub fn applied_torque(&self, wheel: Wheel) -> Option<TorqueScale> {
+        self.first(wheel, |part| part.torque_applied.as_ref()).map(|torque| torque.scale)
+    }
+
+    /// How this wheel's drive counts its position, if it does.
+    pub fn position_scale(&self, wheel: Wheel) -> Option<PositionScale> {
+        self.first(wheel, |part| part.position.as_ref()).map(|position| position.scale)
+    }
+
+    /// The position that a drive reports at this encoder count, 0 if it reports none.
+    #[inline]
+    pub fn position_at_count(&self, wheel: Wheel, count: i64) -> f64 {
+        let position = self.first(wheel, |part| part.position.as_ref());
+        position.map_or(0.0, |position| count as f64 * position.units_per_count)
+    }
+
+    /// The smallest step of the speed that this wheel's drive reports, rad/s, if
+    /// it reports any.
+    pub fn speed_resolution_rad_s(&self, wheel: Wheel) -> Option<f64> {
+        self.first(wheel, |part| part.speed.as_ref()).map(|speed| speed.resolution_rad_s())
     }
 
     /// The counter that follows `counter` in commands to this wheel.
     pub fn next_command_counter(&self, wheel: Wheel, counter: u8) -> u8 {
-        self.command[wheel].counter.next_counter(counter)
+        self.command.wheels[wheel].counter.as_ref().map_or(0, |signal| signal.next_counter(counter))
     }
 
     /// The counter of this wheel's feedback that answers a SYNC with
-    /// `sync_counter`.
-    pub fn feedback_counter(&self, wheel: Wheel, sync_counter: u8) -> u8 {
-        self.feedback[wheel].counter.low_bits(sync_counter)
+    /// `sync_counter`, or comes after a feedback with one less.
+    #[inline]
+    pub fn feedback_counter(&self, wheel: Wheel, sync_counter: u8) -> Option<u8> {
+        self.first(wheel, |part| part.counter.as_ref()).map(|signal| signal.low_bits(sync_counter))
     }
 
-    /// The arbitration id of SYNC.
-    pub fn sync_id(&self) -> CanId {
-        self.sync.envelope.id
-    }
-
-    /// The arbitration id of this wheel's feedback.
-    pub fn feedback_id(&self, wheel: Wheel) -> CanId {
-        self.feedback[wheel].envelope.id
+    /// The arbitration ids of feedback.
+    pub fn is_feedback(&self, id: CanId) -> bool {
+        matches!(self.roles.get(id), Some((Role::Feedback(_), _)))
     }
 
     /// The ids of all that drives send.
     pub fn drive_ids(&self) -> impl Iterator<Item = CanId> {
-        Wheel::BOTH.into_iter().flat_map(|wheel| {
-            [&self.feedback[wheel].envelope, &self.heartbeat[wheel].envelope, &self.fault[wheel].envelope]
-                .map(|envelope| envelope.id)
-        })
+        let mut ids = Vec::new();
+        self.list_roles(|id, role, _| {
+            if matches!(role, Role::Feedback(_) | Role::Heartbeat | Role::Fault) {
+                ids.push(id);
+            }
+        });
+        ids.into_iter()
     }
 
     /// The counter that follows `counter` in SYNC.
     pub fn next_sync_counter(&self, counter: u8) -> u8 {
-        self.sync.counter.next_counter(counter)
-    }
-}
-
-impl RoleTable {
-    pub fn new() -> Self {
-        Self { standard: vec![None; 1 << 11], extended: Vec::new() }
+        let signal = self.sync.as_ref().and_then(|sync| sync.counter.as_ref());
+        signal.map_or(0, |signal| signal.next_counter(counter))
     }
 
-    /// Gives `id` a role; false when it has one already.
-    pub fn insert(&mut self, id: CanId, role: Role) -> bool {
-        if self.get(id).is_some() {
-            return false;
+    /// Keys of the nameplate without which the numbers mean nothing.
+    pub fn needs_of_plate(&self) -> Vec<&'static str> {
+        let applied = self.first(Wheel::Right, |part| part.torque_applied.as_ref());
+        let position = self.first(Wheel::Right, |part| part.position.as_ref());
+        let speed = self.first(Wheel::Right, |part| part.speed.as_ref());
+        let mut keys: Vec<_> = [
+            self.command.wheels.right.torque.unit.needs(),
+            applied.and_then(|torque| torque.unit.needs()),
+            position.and_then(|position| position.unit.needs()),
+            speed.and_then(|speed| speed.unit.needs()),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        keys.dedup();
+        keys
+    }
+
+    /// Reads and writes all quantities as this motor has them.
+    pub fn fit(&mut self, motor: &Motor) {
+        for wheel in Wheel::BOTH {
+            self.command.wheels[wheel].torque.fit(motor);
+            for part in &mut self.feedback {
+                let part = &mut part.wheels[wheel];
+                part.position.iter_mut().for_each(|position| position.fit(motor));
+                part.speed.iter_mut().for_each(|speed| speed.fit(motor));
+                part.torque_applied.iter_mut().for_each(|torque| torque.fit(motor));
+            }
         }
-        match id {
-            CanId::Standard(id) => self.standard[usize::from(id)] = Some(role),
-            CanId::Extended(id) => self.extended.push((id, role)),
+    }
+
+    /// Every message with what it is for and whose it is.
+    pub(super) fn list_roles(&self, mut tell: impl FnMut(CanId, Role, Of)) {
+        if let Some(sync) = &self.sync {
+            tell(sync.envelope.id, Role::Sync, Of::Both);
         }
-        true
+        self.command.list(Role::Command, |role| &role.envelope, &mut tell);
+        for (part, shared) in self.feedback.iter().enumerate() {
+            shared.list(Role::Feedback(part as u8), |role| &role.envelope, &mut tell);
+        }
+        if let Some(heartbeat) = &self.heartbeat {
+            heartbeat.list(Role::Heartbeat, |role| &role.envelope, &mut tell);
+        }
+        if let Some(fault) = &self.fault {
+            fault.list(Role::Fault, |role| &role.envelope, &mut tell);
+        }
+        for (right, left) in self.words.right.iter().zip(&self.words.left) {
+            let is_shared = right.envelope.id == left.envelope.id;
+            let shared =
+                Shared { wheels: Wheels { right: right.envelope.clone(), left: left.envelope.clone() }, is_shared };
+            shared.list(Role::Word, |envelope| envelope, &mut tell);
+        }
     }
 
     #[inline]
-    fn get(&self, id: CanId) -> Option<Role> {
-        match id {
-            CanId::Standard(id) => self.standard.get(usize::from(id)).copied().flatten(),
-            CanId::Extended(id) => self.extended.iter().find(|(known, _)| *known == id).map(|(_, role)| *role),
+    fn read(&self, role: Role, wheel: Wheel, frame: &Frame) -> Result<Message, DecodeError> {
+        match role {
+            Role::Sync => self.sync.as_ref().expect(NAMED).decode(frame).map(|counter| Message::Sync { counter }),
+            Role::Command => match self.word_of(wheel, frame) {
+                Some(word) => Ok(Message::Word(wheel, word)),
+                None => {
+                    let role = &self.command.wheels[wheel];
+                    Ok(Message::Command(wheel, role.read(role.envelope.open(frame)?)?))
+                }
+            },
+            Role::Feedback(part) if frame.kind == FrameKind::Remote && self.asks == Asks::ByPoll => {
+                Ok(Message::Poll(wheel, part))
+            }
+            Role::Feedback(part) => {
+                let role = &self.feedback[usize::from(part)].wheels[wheel];
+                Ok(Message::Feedback(wheel, role.read(role.envelope.open(frame)?)?))
+            }
+            Role::Heartbeat => {
+                let role = &self.heartbeat.as_ref().expect(NAMED).wheels[wheel];
+                Ok(Message::Heartbeat(wheel, role.read(role.envelope.open(frame)?)?))
+            }
+            Role::Fault => {
+                let role = &self.fault.as_ref().expect(NAMED).wheels[wheel];
+                Ok(Message::Fault(wheel, role.fault.decode(role.envelope.open(frame)?)))
+            }
+            Role::Word => {
+                let word = self.word_of(wheel, frame).ok_or(DecodeError::UnknownWord)?;
+                Ok(Message::Word(wheel, word))
+            }
+        }
+    }
+
+    /// Puts what a message says into its place.
+    #[inline]
+    fn write(&self, message: &Message, data: &mut [u8; 64]) {
+        match message {
+            Message::Command(wheel, command) => self.command.wheels[*wheel].write(data, command),
+            Message::Feedback(wheel, feedback) => {
+                self.feedback[usize::from(feedback.part)].wheels[*wheel].write(data, feedback);
+            }
+            Message::Heartbeat(wheel, heartbeat) => {
+                self.heartbeat.as_ref().expect(NAMED).wheels[*wheel].write(data, heartbeat);
+            }
+            Message::Fault(wheel, fault) => {
+                self.fault.as_ref().expect(NAMED).wheels[*wheel].fault.encode(data, *fault);
+            }
+            Message::Sync { .. } | Message::Poll(..) | Message::Word(..) => {}
+        }
+    }
+
+    /// The outside of a message.
+    fn envelope(&self, message: &Message) -> &Envelope {
+        match message {
+            Message::Sync { .. } => &self.sync.as_ref().expect(NAMED).envelope,
+            Message::Command(wheel, _) | Message::Word(wheel, _) => &self.command.wheels[*wheel].envelope,
+            Message::Feedback(wheel, Feedback { part, .. }) | Message::Poll(wheel, part) => {
+                &self.feedback[usize::from(*part)].wheels[*wheel].envelope
+            }
+            Message::Heartbeat(wheel, _) => &self.heartbeat.as_ref().expect(NAMED).wheels[*wheel].envelope,
+            Message::Fault(wheel, _) => &self.fault.as_ref().expect(NAMED).wheels[*wheel].envelope,
+        }
+    }
+
+    /// The word that a frame says to this wheel's drive, if it says one.
+    #[inline]
+    fn word_of(&self, wheel: Wheel, frame: &Frame) -> Option<WordId> {
+        let words = self.words[wheel].iter();
+        words.filter(|role| role.envelope.id == frame.id).find(|role| role.is_said_by(frame)).map(|role| role.word)
+    }
+
+    #[inline]
+    fn first<'p, T>(&'p self, wheel: Wheel, of: impl Fn(&'p FeedbackRole) -> Option<&'p T>) -> Option<&'p T> {
+        self.feedback.iter().find_map(|part| of(&part.wheels[wheel]))
+    }
+}
+
+/// Why a role that is asked for is there.
+const NAMED: &str = "nobody sends what the profile does not name";
+
+impl<T> Shared<T> {
+    fn list(&self, role: Role, envelope: impl Fn(&T) -> &Envelope, tell: &mut impl FnMut(CanId, Role, Of)) {
+        if self.is_shared {
+            return tell(envelope(&self.wheels.right).id, role, Of::Both);
+        }
+        for wheel in Wheel::BOTH {
+            tell(envelope(&self.wheels[wheel]).id, role, Of::One(wheel));
         }
     }
 }

@@ -1,243 +1,201 @@
 //! The messages that the stack and a drive need, each with the signals that
-//! it is made of.
+//! one wheel's part of it is made of.
 
-use super::checksum::Crc8;
+use super::conversation::WordId;
 use super::decode_error::DecodeError;
-use super::message::{Command, DriveState, FaultCode, Feedback, Heartbeat, Request};
-use super::signal::{Raw, Signal};
-use super::value_names::ValueNames;
-use crate::frame::{CanId, Frame, FrameKind};
-
-/// The outside of a message: its id, length and checksum.
-#[derive(Clone, Debug)]
-pub(super) struct Envelope {
-    pub id: CanId,
-    pub len: usize,
-    pub checksum: Option<Checksum>,
-}
-
-/// A CRC in one byte of a message.
-#[derive(Clone, Debug)]
-pub(super) struct Checksum {
-    pub crc: Crc8,
-    /// The CRC's remainder after the id, which never changes.
-    pub seed: u8,
-    /// Which byte holds it.
-    pub byte: usize,
-}
-
-/// A torque and the range that it is kept in.
-#[derive(Clone, Debug)]
-pub(super) struct Torque {
-    pub signal: Signal,
-    pub scale: TorqueScale,
-}
-
-/// The torques that a signal can express.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TorqueScale {
-    /// Distance between neighbours, N m.
-    pub resolution_nm: f64,
-    /// Least, N m.
-    pub minimum_nm: f64,
-    /// Greatest, N m.
-    pub maximum_nm: f64,
-}
+use super::envelope::Envelope;
+use super::message::{Command, FaultCode, Feedback, Heartbeat};
+use super::pattern::Field;
+use super::quantities::{FaultField, Position, Speed, StateField, Torque, unknown};
+use super::signal::Signal;
+use crate::frame::Frame;
 
 #[derive(Clone, Debug)]
 pub(super) struct SyncRole {
     pub envelope: Envelope,
-    pub counter: Signal,
+    pub counter: Option<Signal>,
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct CommandRole {
     pub envelope: Envelope,
     pub torque: Torque,
-    pub request: Signal,
-    pub requests: ValueNames<Request>,
-    pub counter: Signal,
+    /// What every command says; one that does not asks for no torque.
+    pub constants: Vec<Field>,
+    /// The words that it has room for.
+    pub words: Vec<(WordId, Vec<Field>)>,
+    pub counter: Option<Signal>,
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct FeedbackRole {
     pub envelope: Envelope,
-    pub position: Signal,
-    pub torque_applied: Torque,
-    pub state: Signal,
-    pub states: ValueNames<DriveState>,
-    pub counter: Signal,
+    pub part: u8,
+    /// What every such message says.
+    pub constants: Vec<Field>,
+    pub position: Option<Position>,
+    pub speed: Option<Speed>,
+    pub torque_applied: Option<Torque>,
+    pub state: Option<StateField>,
+    pub fault: Option<FaultField>,
+    pub counter: Option<Signal>,
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct HeartbeatRole {
     pub envelope: Envelope,
-    pub state: Signal,
-    pub states: ValueNames<DriveState>,
-    pub fault: Signal,
-    pub faults: ValueNames<FaultCode>,
+    pub state: Option<StateField>,
+    pub fault: Option<FaultField>,
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct FaultRole {
     pub envelope: Envelope,
-    pub fault: Signal,
-    pub faults: ValueNames<FaultCode>,
+    pub fault: FaultField,
 }
 
-impl Envelope {
-    /// A frame filled by `fill`, with its checksum.
-    #[inline]
-    fn seal(&self, fill: impl FnOnce(&mut [u8; 64])) -> Frame {
-        let mut frame = Frame::zeroed(self.id, self.len);
-        fill(frame.storage_mut());
-        if let Some(checksum) = &self.checksum {
-            let crc = checksum.of(&frame);
-            frame.payload_mut()[checksum.byte] = crc;
-        }
-        frame
-    }
-
-    /// The bytes of a frame whose kind, length and checksum are right.
-    #[inline]
-    fn open<'f>(&self, frame: &'f Frame) -> Result<&'f [u8; 64], DecodeError> {
-        if frame.kind == FrameKind::Remote {
-            return Err(DecodeError::RemoteRequest);
-        }
-        if frame.len() != self.len {
-            return Err(DecodeError::WrongLength { found: frame.len(), expected: self.len });
-        }
-        if let Some(checksum) = &self.checksum {
-            let (found, expected) = (frame.payload()[checksum.byte], checksum.of(frame));
-            if found != expected {
-                return Err(DecodeError::WrongCrc { found, expected });
-            }
-        }
-        Ok(frame.storage())
-    }
+/// A word with a message of its own.
+#[derive(Clone, Debug)]
+pub(super) struct WordRole {
+    pub word: WordId,
+    pub envelope: Envelope,
+    pub content: WordContent,
 }
 
-impl Checksum {
-    #[inline]
-    fn of(&self, frame: &Frame) -> u8 {
-        let (before, rest) = frame.payload().split_at(self.byte);
-        let remainder = self.crc.update(self.seed, before);
-        self.crc.finish(self.crc.update(remainder, &rest[1..]))
-    }
-}
-
-impl Torque {
-    #[inline]
-    fn encode(&self, data: &mut [u8], torque_nm: f64) {
-        let torque_nm = if torque_nm.is_nan() { 0.0 } else { torque_nm };
-        self.signal.encode(data, torque_nm.clamp(self.scale.minimum_nm, self.scale.maximum_nm));
-    }
-
-    #[inline]
-    fn decode(&self, data: &[u8; 64]) -> Result<f64, DecodeError> {
-        let torque_nm = self.signal.decode(data);
-        if torque_nm.is_finite() { Ok(torque_nm) } else { Err(DecodeError::NotFinite { role: "torque" }) }
-    }
+#[derive(Clone, Debug)]
+pub(super) enum WordContent {
+    Fields(Vec<Field>),
+    /// The payload itself, whatever the DBC makes of it.
+    Bytes(Vec<u8>),
 }
 
 impl SyncRole {
     #[inline]
     pub fn encode(&self, counter: u8) -> Frame {
-        self.envelope.seal(|data| encode_counter(&self.counter, data, counter))
+        self.envelope.seal(|data| encode_counter(self.counter.as_ref(), data, counter))
     }
 
     #[inline]
     pub fn decode(&self, frame: &Frame) -> Result<u8, DecodeError> {
-        Ok(decode_counter(&self.counter, self.envelope.open(frame)?))
+        let data = self.envelope.open(frame)?;
+        Ok(self.counter.as_ref().map_or(0, |signal| decode_counter(signal, data)))
     }
 }
 
 impl CommandRole {
     #[inline]
-    pub fn encode(&self, command: &Command) -> Frame {
-        self.envelope.seal(|data| {
-            self.torque.encode(data, command.torque_nm);
-            self.requests.encode(&self.request, data, command.request);
-            encode_counter(&self.counter, data, command.counter);
-        })
+    pub fn write(&self, data: &mut [u8; 64], command: &Command) {
+        self.torque.encode(data, command.torque_nm);
+        self.constants.iter().for_each(|field| field.write(data));
+        if let Some((_, fields)) = self.words.iter().find(|(word, _)| Some(*word) == command.word) {
+            fields.iter().for_each(|field| field.write(data));
+        }
+        encode_counter(self.counter.as_ref(), data, command.counter);
     }
 
     #[inline]
-    pub fn decode(&self, frame: &Frame) -> Result<Command, DecodeError> {
-        let data = self.envelope.open(frame)?;
+    pub fn read(&self, data: &[u8; 64]) -> Result<Command, DecodeError> {
+        let is_in_mode = self.constants.iter().all(|field| field.fits(data));
+        let said = self.words.iter().find(|(_, fields)| fields.iter().all(|field| field.fits(data)));
+        if let (None, Some((_, fields))) = (said, self.words.first()) {
+            return Err(unknown("request", &fields[0].signal, data));
+        }
         Ok(Command {
-            torque_nm: self.torque.decode(data)?,
-            request: self.requests.decode(&self.request, data).map_err(unknown("request"))?,
-            counter: decode_counter(&self.counter, data),
+            torque_nm: if is_in_mode { self.torque.decode(data)? } else { 0.0 },
+            word: said.map(|&(word, _)| word),
+            counter: self.counter.as_ref().map_or(0, |signal| decode_counter(signal, data)),
         })
     }
 }
 
 impl FeedbackRole {
     #[inline]
-    pub fn encode(&self, feedback: &Feedback) -> Frame {
-        self.envelope.seal(|data| {
-            self.position.encode_raw(data, Raw::Signed(feedback.position_counts.into()));
-            self.torque_applied.encode(data, feedback.torque_applied_nm);
-            self.states.encode(&self.state, data, feedback.state);
-            encode_counter(&self.counter, data, feedback.counter);
-        })
+    pub fn write(&self, data: &mut [u8; 64], feedback: &Feedback) {
+        self.constants.iter().for_each(|field| field.write(data));
+        if let Some(position) = &self.position {
+            position.encode(data, feedback.position.unwrap_or_default());
+        }
+        if let Some(speed) = &self.speed {
+            speed.encode(data, feedback.speed_rad_s.unwrap_or_default());
+        }
+        if let Some(torque) = &self.torque_applied {
+            torque.encode(data, feedback.torque_applied_nm.unwrap_or_default());
+        }
+        if let Some(state) = &self.state {
+            state.encode(data, feedback.state);
+        }
+        write_fault(self.fault.as_ref(), self.state.is_some(), data, feedback.fault.unwrap_or_default());
+        encode_counter(self.counter.as_ref(), data, feedback.counter.unwrap_or_default());
     }
 
     #[inline]
-    pub fn decode(&self, frame: &Frame) -> Result<Feedback, DecodeError> {
-        let data = self.envelope.open(frame)?;
+    pub fn read(&self, data: &[u8; 64]) -> Result<Feedback, DecodeError> {
+        let fault = self.fault.as_ref().map(|fault| fault.decode(data));
         Ok(Feedback {
-            position_counts: self.position.decode_bits(data) as i32,
-            torque_applied_nm: self.torque_applied.decode(data)?,
-            state: self.states.decode(&self.state, data).map_err(unknown("state"))?,
-            counter: decode_counter(&self.counter, data),
+            part: self.part,
+            position: self.position.as_ref().map(|position| position.decode(data)).transpose()?,
+            speed_rad_s: self.speed.as_ref().map(|speed| speed.decode(data)).transpose()?,
+            torque_applied_nm: self.torque_applied.as_ref().map(|torque| torque.decode(data)).transpose()?,
+            state: self.state.as_ref().map_or(Ok(None), |state| state.decode(data, fault))?,
+            fault,
+            counter: self.counter.as_ref().map(|signal| decode_counter(signal, data)),
         })
     }
 }
 
 impl HeartbeatRole {
     #[inline]
-    pub fn encode(&self, heartbeat: &Heartbeat) -> Frame {
-        self.envelope.seal(|data| {
-            self.states.encode(&self.state, data, heartbeat.state);
-            self.faults.encode(&self.fault, data, heartbeat.fault);
-        })
+    pub fn write(&self, data: &mut [u8; 64], heartbeat: &Heartbeat) {
+        if let Some(state) = &self.state {
+            state.encode(data, heartbeat.state);
+        }
+        write_fault(self.fault.as_ref(), self.state.is_some(), data, heartbeat.fault);
     }
 
     #[inline]
-    pub fn decode(&self, frame: &Frame) -> Result<Heartbeat, DecodeError> {
-        let data = self.envelope.open(frame)?;
+    pub fn read(&self, data: &[u8; 64]) -> Result<Heartbeat, DecodeError> {
+        let fault = self.fault.as_ref().map(|fault| fault.decode(data));
         Ok(Heartbeat {
-            state: self.states.decode(&self.state, data).map_err(unknown("state"))?,
-            fault: self.faults.decode(&self.fault, data).map_err(unknown("fault"))?,
+            state: self.state.as_ref().map_or(Ok(None), |state| state.decode(data, fault))?,
+            fault: fault.unwrap_or_default(),
         })
     }
 }
 
-impl FaultRole {
-    #[inline]
-    pub fn encode(&self, fault: FaultCode) -> Frame {
-        self.envelope.seal(|data| self.faults.encode(&self.fault, data, fault))
+impl WordRole {
+    /// The frame that says it.
+    pub fn encode(&self) -> Frame {
+        self.envelope.seal(|data| match &self.content {
+            WordContent::Fields(fields) => fields.iter().for_each(|field| field.write(data)),
+            WordContent::Bytes(bytes) => data[..bytes.len()].copy_from_slice(bytes),
+        })
     }
 
-    #[inline]
-    pub fn decode(&self, frame: &Frame) -> Result<FaultCode, DecodeError> {
-        self.faults.decode(&self.fault, self.envelope.open(frame)?).map_err(unknown("fault"))
+    /// Whether a frame with its id says it.
+    pub fn is_said_by(&self, frame: &Frame) -> bool {
+        self.envelope.open(frame).is_ok_and(|data| match &self.content {
+            WordContent::Fields(fields) => fields.iter().all(|field| field.fits(data)),
+            WordContent::Bytes(bytes) => data.starts_with(bytes),
+        })
+    }
+}
+
+/// State and fault may share their bits: then a fault says it all.
+fn write_fault(field: Option<&FaultField>, has_state: bool, data: &mut [u8; 64], fault: FaultCode) {
+    if let Some(field) = field.filter(|field| !(field.shares_state && has_state && fault == FaultCode::None)) {
+        field.encode(data, fault);
     }
 }
 
 /// Counters wrap at their signal's width, so the low bits are all there is.
 #[inline]
-fn encode_counter(signal: &Signal, data: &mut [u8], counter: u8) {
-    signal.encode_bits(data, counter.into());
+fn encode_counter(signal: Option<&Signal>, data: &mut [u8], counter: u8) {
+    if let Some(signal) = signal {
+        signal.encode_bits(data, counter.into());
+    }
 }
 
 #[inline]
 fn decode_counter(signal: &Signal, data: &[u8; 64]) -> u8 {
     signal.decode_bits(data) as u8
-}
-
-fn unknown(role: &'static str) -> impl Fn(i64) -> DecodeError {
-    move |found| DecodeError::UnknownValue { role, found }
 }

@@ -5,7 +5,7 @@ use crate::config::{Bound, Document, Problem, Problems, Reader, Section};
 use crate::control::ControllerConfig;
 use crate::robot::{Pose, Robot};
 use crate::safety::Limits;
-use crate::schema::Profile;
+use crate::schema::{Motor, Nameplate, Profile};
 use crate::time::Duration;
 use crate::wheels::Wheel;
 
@@ -35,6 +35,8 @@ pub struct DriveConfig {
     pub torque_limit_nm: f64,
     /// Time constant of the current loop, s; 0 is none.
     pub current_loop_s: f64,
+    /// What the profile leaves open of the motors, or the robot has otherwise.
+    pub plate: Nameplate,
 }
 
 /// A robot's own file.
@@ -78,12 +80,15 @@ impl StackConfig {
     pub fn read(root: &Section<'_>, robot: &Robot) -> Self {
         let period = read_period(root);
         let section = root.section("drive");
-        let (drive, profile) = (DriveConfig::read(&section), read_profile(&section));
+        let mut profile = read_profile(&section);
+        let drive = DriveConfig::read(&section, &profile);
+        let controller = ControllerConfig::read(root, robot, period.as_secs_f64());
+        profile.fit(&drive.motor(controller.belief.gear_ratio));
         check_torque_limit(&section, &drive, &profile);
         Self {
             period,
             start: Pose::read(&root.section("start")),
-            controller: ControllerConfig::read(root, robot, period.as_secs_f64()),
+            controller,
             drive,
             profile,
             safety: Limits::read(&root.section("safety"), drive.torque_limit_nm),
@@ -95,13 +100,24 @@ impl StackConfig {
 const SIMULATION_ONLY: [&str; 5] = ["base", "duration_s", "expect", "name", "seed"];
 
 impl DriveConfig {
-    /// Reads the numbers of a `[drive]` section.
-    pub fn read(section: &Section<'_>) -> Self {
+    /// Reads the numbers of a `[drive]` section; what it does not say of the
+    /// motors is as in `profile`.
+    pub fn read(section: &Section<'_>, profile: &Profile) -> Self {
+        let plate = Nameplate::read(section, &profile.plate);
+        for key in profile.needs_of_plate().into_iter().filter(|key| plate.get(key).is_none()) {
+            section.number(key, Bound::Positive);
+        }
         Self {
+            plate,
             counts_per_turn: section.integer("counts_per_turn", 1, 1 << 30) as u32,
             torque_limit_nm: section.number("torque_limit_nm", Bound::Within(1e-3, 1e6)),
             current_loop_s: section.number_or("current_loop_s", 0.0, Bound::Within(0.0, 10.0)),
         }
+    }
+
+    /// The motors behind a gear of this ratio.
+    pub const fn motor(&self, gear_ratio: f64) -> Motor {
+        Motor { counts_per_turn: self.counts_per_turn, gear_ratio, plate: self.plate }
     }
 }
 

@@ -8,21 +8,34 @@ const FOR_20_S: [&str; 2] = ["--set", "duration_s=20"];
 
 #[track_caller]
 fn assert_same_frames(bench: &Bench) {
-    bench.rig.hil_sim(&[["run", "dac-friction", "--no-log", "--out", "memory"].as_slice(), &FOR_20_S].concat());
+    bench.rig.hil_sim(&[["run", bench.scenario(), "--no-log", "--out", "memory"].as_slice(), &FOR_20_S].concat());
     let serve = bench.serve(&[["--no-log", "--out", "bus"].as_slice(), &FOR_20_S].concat());
     let drive = bench.drive(&FOR_20_S).finish().expect_status(0);
     assert!(drive.stdout.contains("the other side ended the run"), "{}", drive.stdout);
     serve.finish().expect_status(0);
     let (memory, bus) = (bench.rig.summary("memory"), bench.rig.summary("bus"));
     assert_eq!(number(&bus, "/simulated_s"), 20.0);
-    assert!(number(&bus, "/bus/frames") > 20_000.0, "the drives were driven");
+    assert!(number(&bus, "/bus/frames") > 3_000.0, "the drives were driven");
     assert_eq!(bus["frames_blake3"], memory["frames_blake3"]);
-    assert_eq!(bus["tracking"], memory["tracking"]);
+    if bench.scenario() == "dac-friction" {
+        assert_eq!(bus["tracking"], memory["tracking"]);
+    }
+    // Where drives do not tell at once that they are enabled, the far side
+    // knows only from the first torque, to a few periods, when the path began.
+    let difference_m = number(&bus, "/tracking/final_m") - number(&memory, "/tracking/final_m");
+    assert!(difference_m.abs() < 0.02, "{difference_m}");
 }
 
 #[test]
 fn over_tcp() {
     assert_same_frames(&Bench::over_tcp());
+}
+
+#[test]
+fn over_tcp_with_every_kind_of_drive() {
+    for scenario in ["cia402", "odrive-0.6", "odrive-0.5", "vesc", "damiao-dm4310", "comma-body"] {
+        assert_same_frames(&Bench::over_tcp().of(scenario));
+    }
 }
 
 #[test]

@@ -22,6 +22,8 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// A folder, and a bus with two ends.
 pub struct Bench {
     pub rig: Rig,
+    /// The shipped scenario that both ends run.
+    scenario: &'static str,
     serve_bus: String,
     drive_bus: String,
 }
@@ -48,7 +50,17 @@ impl Bench {
 
     /// A bus whose ends have these addresses.
     pub fn between(serve_bus: String, drive_bus: String) -> Self {
-        Self { rig: Rig::new(), serve_bus, drive_bus }
+        Self { rig: Rig::new(), scenario: "dac-friction", serve_bus, drive_bus }
+    }
+
+    /// The same bus for another shipped scenario.
+    pub fn of(self, scenario: &'static str) -> Self {
+        Self { scenario, ..self }
+    }
+
+    /// The shipped scenario that both ends run.
+    pub fn scenario(&self) -> &'static str {
+        self.scenario
     }
 
     /// The address for others than `hil-sim serve`.
@@ -58,10 +70,10 @@ impl Bench {
 
     /// `hil-sim serve` of the shipped scenario, once it is on the bus.
     pub fn serve(&self, args: &[&str]) -> Running {
-        let mut command = self.rig.command(&["serve", "dac-friction", "--bus", &self.serve_bus]);
+        let mut command = self.rig.command(&["serve", self.scenario, "--bus", &self.serve_bus]);
         command.args(args);
         let mut serve = self.start("serve", &mut command);
-        serve.wait_until("it serves", |serve| serve.told().contains("serving dac-friction"));
+        serve.wait_until("it serves", |serve| serve.told().contains("serving"));
         serve
     }
 
@@ -72,10 +84,19 @@ impl Bench {
 
     /// `canloop drive` of the shipped robot.
     pub fn drive_in_real_time(&self, args: &[&str]) -> Running {
-        let config = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/dac-friction.toml");
+        let config = self.robot_file();
         let mut command = Command::new(canloop());
-        command.args(["drive", "--bus", &self.drive_bus, "--config", config]).args(args);
+        command.args(["drive", "--bus", &self.drive_bus, "--config", &config]).args(args);
         self.start("drive", &mut command)
+    }
+
+    /// The scenario as a robot file: what it is based on, by its path.
+    fn robot_file(&self) -> String {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios");
+        let text = std::fs::read_to_string(format!("{folder}/{}.toml", self.scenario)).expect("it is shipped");
+        let base = format!("base = \"{folder}/dac-friction.toml\"");
+        self.rig.write("robot.toml", &text.replace("base = \"dac-friction\"", &base));
+        "robot.toml".to_owned()
     }
 
     /// Any program, in the folder.

@@ -1,0 +1,54 @@
+//! Values of a signal, some of its bits left out perhaps.
+
+use super::signal::Signal;
+
+/// A few values, any of which will do; the first is the one to write.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Pattern {
+    /// At least one.
+    pub choices: Vec<Masked>,
+}
+
+/// The bits of a signal that count, and what they are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Masked {
+    pub mask: u64,
+    pub value: u64,
+}
+
+/// A signal and what it should hold.
+#[derive(Clone, Debug)]
+pub(super) struct Field {
+    pub signal: Signal,
+    pub pattern: Pattern,
+}
+
+impl Pattern {
+    /// Whether the bits of a signal fit.
+    #[inline]
+    pub fn fits(&self, bits: u64) -> bool {
+        self.choices.iter().any(|masked| bits & masked.mask == masked.value)
+    }
+
+    /// Writes the bits that count and leaves the others alone.
+    #[inline]
+    pub fn write(&self, signal: &Signal, data: &mut [u8; 64]) {
+        let Masked { mask, value } = self.choices[0];
+        let kept = signal.decode_bits(data) & !mask;
+        signal.encode_bits(data, kept | value);
+    }
+}
+
+impl Field {
+    /// Writes what the signal should hold.
+    #[inline]
+    pub fn write(&self, data: &mut [u8; 64]) {
+        self.pattern.write(&self.signal, data);
+    }
+
+    /// Whether it holds that.
+    #[inline]
+    pub fn fits(&self, data: &[u8; 64]) -> bool {
+        self.pattern.fits(self.signal.decode_bits(data))
+    }
+}
