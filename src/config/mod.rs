@@ -12,5 +12,5 @@ mod problem;
 mod reader;
 
 pub use document::Document;
-pub use problem::{Problem, Problems, Source};
+pub use problem::{Problem, Problems, Severity, Source};
 pub use reader::{Bound, Reader, Section, nearest};

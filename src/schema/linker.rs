@@ -11,6 +11,7 @@ use super::roles::{Checksum, Envelope, Torque, TorqueScale};
 use super::signal::{Raw, RawKind, Signal};
 use super::value_names::ValueNames;
 use crate::config::Section;
+use crate::frame::Frame;
 use crate::time::Duration;
 use crate::wheels::{Wheel, Wheels};
 
@@ -72,6 +73,11 @@ impl<'r> Linker<'r> {
             self.report(section, "message", &title, &format!("found `{template}`, {}", nearest(&name, names)));
             return None;
         };
+        if message.len > Frame::CAPACITY {
+            let title = format!("`{name}` of {} is longer than a frame", self.dbc.source.name);
+            self.report(section, "message", &title, &format!("found {} bytes, expected at most 64", message.len));
+            return None;
+        }
         if let Some(wheel) = wheel {
             self.check_node_id(&self.nodes[wheel], message);
         }
@@ -82,6 +88,8 @@ impl<'r> Linker<'r> {
     pub fn signal(&self, section: &Section<'_>, key: &str, message: &MessageLayout) -> Option<Signal> {
         let name = required(section, key)?;
         if let Some(signal) = message.signal(&name) {
+            let always_there = signal.selector.is_none() && !signal.is_wide();
+            self.unless(!always_there, section, key, signal, "a number that every frame of the message carries")?;
             return Some(signal.clone());
         }
         let names = message.signals.iter().map(|signal| signal.name.as_str());

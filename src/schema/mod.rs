@@ -3,11 +3,10 @@
 
 mod bits;
 mod checksum;
+mod codec;
 mod dbc;
-mod dbc_notes;
-mod dbc_parser;
-mod dbc_syntax;
 mod decode_error;
+mod encoding;
 mod linker;
 mod markdown;
 mod message;
@@ -15,16 +14,17 @@ mod profile;
 mod profile_reader;
 mod roles;
 mod signal;
-mod statements;
 mod step_end;
 mod value_names;
 
 pub use bits::ByteOrder;
 pub use checksum::Crc8;
+pub use codec::Absence;
 pub use dbc::{Dbc, MessageLayout};
 pub use decode_error::DecodeError;
+pub use encoding::{EncodeError, Encoding, OutOfRange, Rounding, Value, Within};
 pub use message::{Command, DriveState, FaultCode, Feedback, Heartbeat, Message, Request};
 pub use profile::Profile;
 pub use roles::TorqueScale;
-pub use signal::{Raw, RawKind, Signal};
+pub use signal::{Raw, RawKind, Selector, Signal};
 pub use step_end::{StepEnd, StepEndCodec};
