@@ -3,12 +3,11 @@
 //! happened.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use super::cursor::{Cursor, Misfit};
+use super::findings::Findings;
 use super::statements::{At, Message, Signal, Statements};
 use super::tokens::{Kind, tokens};
-use crate::config::{Problem, Source};
 
 /// Statements that say nothing of how a frame is read or written.
 const PASSED_OVER: [&str; 21] = [
@@ -38,19 +37,37 @@ const PASSED_OVER: [&str; 21] = [
 /// Statements without which frames are still read as they should be.
 const DISPENSABLE: [&str; 6] = ["BA_DEF_", "BS_", "BU_", "CM_", "NS_", "VERSION"];
 
-/// Reads all statements of `source`; what is wrong is added to `findings`.
-pub(super) fn statements<'t>(source: &'t Arc<Source>, findings: &mut Vec<Problem>) -> Statements<'t> {
-    let cursor = Cursor::new(&source.text, tokens(&source.text));
-    let mut reader = Reader { source, findings, cursor, found: Statements::default(), last_message_failed: false };
+/// Reads all statements of the file whose `findings` these are.
+pub(super) fn statements<'t>(findings: &mut Findings<'t>) -> Statements<'t> {
+    let text = findings.source.text.as_str();
+    let cursor = Cursor::new(text, tokens(text));
+    let mut reader = Reader { findings, cursor, found: Statements::default(), last_message_failed: false };
     while reader.cursor.peek().is_some() {
         reader.statement();
     }
     reader.found
 }
 
+/// How a statement is written.
+fn form(keyword: &str) -> &'static str {
+    match keyword {
+        "BO_" => "a message is written as BO_ 256 Name: 8 Sender",
+        "SG_" => "a signal is written as SG_ Name : 0|16@1+ (1,0) [0|0] \"unit\" Receiver",
+        "CM_" => "a comment is written as CM_ SG_ 256 Name \"Text.\";",
+        "BA_" => "an attribute is written as BA_ \"Name\" BO_ 256 10;",
+        "BA_DEF_" => "an attribute is defined as BA_DEF_ BO_ \"Name\" INT 0 65535;",
+        "BA_DEF_DEF_" => "the default of an attribute is written as BA_DEF_DEF_ \"Name\" 0;",
+        "VAL_" => "names of values are written as VAL_ 256 Name 0 \"Off\" 1 \"On\" ;",
+        "VAL_TABLE_" => "a value table is written as VAL_TABLE_ Name 0 \"Off\" 1 \"On\" ;",
+        "SIG_VALTYPE_" => "a floating-point signal is marked as SIG_VALTYPE_ 256 Name : 1;",
+        "SG_MUL_VAL_" => "switch values are written as SG_MUL_VAL_ 256 Name Switch 0-3, 7-7;",
+        "VERSION" => "a version is written as VERSION \"1.0\"",
+        _ => "such a list is written with a colon, as BU_: A B",
+    }
+}
+
 pub(super) struct Reader<'t, 'f> {
-    source: &'t Arc<Source>,
-    findings: &'f mut Vec<Problem>,
+    findings: &'f mut Findings<'t>,
     pub(super) cursor: Cursor<'t>,
     pub(super) found: Statements<'t>,
     /// The signals that follow are nobody's, which goes without saying.
@@ -80,18 +97,16 @@ impl<'t> Reader<'t, '_> {
             _ => self.unknown(keyword, first.span),
         };
         if let Err(Misfit { span, label }) = read {
-            let mut problem = Problem::at(self.source, span, format!("this {keyword} statement cannot be read"), label);
+            let title = format!("this {keyword} statement cannot be read");
+            let hint = form(keyword);
             if DISPENSABLE.contains(&keyword) {
-                problem = problem.warning();
+                self.findings.warn(&span, title, label, hint);
+            } else {
+                self.findings.error(&span, title, label, hint);
             }
-            self.findings.push(problem);
             self.last_message_failed |= keyword == "BO_";
             self.cursor.skip_statement();
         }
-    }
-
-    fn warn(&mut self, span: Range<usize>, title: impl Into<String>, label: impl Into<String>) {
-        self.findings.push(Problem::at(self.source, span, title, label).warning());
     }
 
     /// Something without a closing `;` is read as if it had one.
@@ -103,14 +118,14 @@ impl<'t> Reader<'t, '_> {
             return Err(self.cursor.misfit("`;`"));
         }
         let end = self.cursor.end();
-        self.warn(end..end, format!("this {keyword} statement has no end"), "expected `;`");
+        self.findings.warn(&(end..end), format!("this {keyword} statement has no end"), "expected `;`", "add a `;`");
         Ok(())
     }
 
     fn unknown(&mut self, keyword: &str, span: Range<usize>) -> Result<(), Misfit> {
         let shown: String = keyword.chars().take(30).collect();
-        let label = "expected a statement such as BO_, SG_, CM_ or VAL_; it is passed over";
-        self.warn(span, format!("`{shown}` is no DBC statement"), label);
+        let label = "expected a statement such as BO_, SG_, CM_ or VAL_";
+        self.findings.warn(&span, format!("`{shown}` is no DBC statement"), label, "it is passed over; take it out");
         if !self.cursor.skip_past_semicolon() {
             self.cursor.skip_statement();
         }
@@ -120,7 +135,12 @@ impl<'t> Reader<'t, '_> {
     fn pass_over(&mut self, keyword: &str) -> Result<(), Misfit> {
         let end = self.cursor.end();
         if !self.cursor.skip_past_semicolon() {
-            self.warn(end..end, format!("this {keyword} statement has no end"), "expected `;`");
+            self.findings.warn(
+                &(end..end),
+                format!("this {keyword} statement has no end"),
+                "expected `;`",
+                "add a `;`",
+            );
         }
         Ok(())
     }
@@ -168,7 +188,11 @@ impl<'t> Reader<'t, '_> {
         let name = self.cursor.word("the name of a message")?;
         self.cursor.sign(':')?;
         let len = self.cursor.word("a number of bytes")?;
-        let sender = if self.cursor.is_at_statement() { "" } else { self.cursor.word("the name of the sender")?.is };
+        let end = self.cursor.end();
+        let sender = match self.cursor.is_at_statement() {
+            true => At { is: "", span: end..end },
+            false => self.cursor.word("the name of the sender")?,
+        };
         self.last_message_failed = false;
         self.found.messages.push(Message { id, name, len, sender, signals: Vec::new() });
         Ok(())
@@ -202,7 +226,8 @@ impl<'t> Reader<'t, '_> {
             At { is: 0, .. } => true,
             At { is: 1, .. } => false,
             At { is, span } => {
-                self.warn(span, "no byte order has this number", format!("found {is}, taken as 1, which is Intel"));
+                let label = format!("found {is}, expected 0 for Motorola or 1 for Intel");
+                self.findings.warn(&span, "no byte order has this number", label, "it is taken as 1");
                 false
             }
         };
@@ -260,7 +285,13 @@ impl<'t> Reader<'t, '_> {
             }
             self.cursor.next();
         }
-        self.warn(start..self.cursor.end(), "no number limits this signal", "found something else, taken as no limit");
+        let (span, label) = (start..self.cursor.end(), "expected a number");
+        self.findings.warn(
+            &span,
+            "this limit is no number",
+            label,
+            "the signal is taken to have no range: write [0|0]",
+        );
         Ok(f64::NAN)
     }
 

@@ -1,12 +1,15 @@
 //! A DBC file: the messages of a bus and the signals in them.
 
 mod cursor;
+mod findings;
 mod grammar;
 mod grammar_notes;
+mod lints;
 mod multiplexing;
 mod notes;
 mod overlaps;
 mod reader;
+mod signals;
 mod statements;
 mod tokens;
 
@@ -31,6 +34,8 @@ pub struct Dbc {
     pub messages: Vec<MessageLayout>,
     /// Signals that belong to no message (`VECTOR__INDEPENDENT_SIG_MSG`).
     pub independent_signals: Vec<Signal>,
+    /// The bus's bit rate (`Baudrate`), bit/s.
+    pub bitrate_bit_s: Option<u32>,
     /// Indices of `messages`, sorted by [`sort_key`] of their ids.
     by_id: Vec<usize>,
 }
@@ -90,11 +95,23 @@ impl Dbc {
     /// twice, and found by name and id is the first; a signal past its
     /// message's end is there, and read from frames long enough.
     pub fn parse_leniently(source: &Arc<Source>) -> (Self, Vec<Problem>) {
-        let Contents { messages, parked, findings } = reader::contents(source);
+        Self::read(source, false)
+    }
+
+    /// As [`Self::parse_leniently`], and finds besides what is only worth a
+    /// second look: a physical signal without a unit, a range that the bits do
+    /// not hold, a sender that is no node.
+    pub fn check(source: &Arc<Source>) -> (Self, Vec<Problem>) {
+        Self::read(source, true)
+    }
+
+    fn read(source: &Arc<Source>, is_thorough: bool) -> (Self, Vec<Problem>) {
+        let Contents { messages, parked, bit_rate, findings } = reader::contents(source, is_thorough);
         let mut by_id: Vec<usize> = (0..messages.len()).collect();
         by_id.sort_by_key(|&index| sort_key(messages[index].id));
         by_id.dedup_by_key(|index| sort_key(messages[*index].id));
-        (Self { source: Arc::clone(source), messages, independent_signals: parked, by_id }, findings)
+        let source = Arc::clone(source);
+        (Self { source, messages, independent_signals: parked, bitrate_bit_s: bit_rate, by_id }, findings)
     }
 
     /// The message of this name, long or short.

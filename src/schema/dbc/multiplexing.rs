@@ -19,7 +19,11 @@ pub(super) struct Doubt {
     pub signal: usize,
     pub title: String,
     pub label: String,
+    pub hint: &'static str,
 }
+
+/// What is done in doubt.
+const ALWAYS_THERE: &str = "it is taken to be there always";
 
 /// The selectors of a message's signals, one each, and what was doubtful: a
 /// signal in doubt is taken to be there always.
@@ -35,11 +39,11 @@ pub(super) fn selectors(message: &Message<'_>, id: u64, notes: &Notes<'_>) -> (V
         if found.is_none() && marks[index].selected_by.is_some() {
             let title = format!("nothing says what switches `{}`", signal.name.is);
             let label = match marks.iter().filter(|mark| mark.is_switch).count() {
-                0 => "found no multiplexer switch, `M`, in the message; it is taken to be there always",
-                1 => "found no SG_MUL_VAL_ for it; it is taken to be there always",
-                _ => "found several switches and no SG_MUL_VAL_ for it; it is taken to be there always",
+                0 => "found no multiplexer switch, `M`, in the message",
+                1 => "found no SG_MUL_VAL_ for it",
+                _ => "found several switches and no SG_MUL_VAL_ for it",
             };
-            doubts.push(Doubt { signal: index, title, label: label.to_owned() });
+            doubts.push(Doubt { signal: index, title, label: label.to_owned(), hint: ALWAYS_THERE });
         }
         selectors[index] = found;
     }
@@ -54,8 +58,8 @@ fn mark(message: &Message<'_>, index: usize, doubts: &mut Vec<Doubt>) -> Mark {
     let selected_by = inner.strip_prefix('m').and_then(|digits| digits.parse().ok());
     if selected_by.is_none() && !(is_switch && inner.is_empty()) {
         let title = format!("`{text}` says nothing of multiplexing");
-        let label = "expected M, m0 or m0M; the signal is taken to be there always".to_owned();
-        doubts.push(Doubt { signal: index, title, label });
+        let label = "expected M, m0 or m0M".to_owned();
+        doubts.push(Doubt { signal: index, title, label, hint: ALWAYS_THERE });
     }
     Mark { is_switch, selected_by }
 }
@@ -94,8 +98,8 @@ fn break_circles(message: &Message<'_>, selectors: &mut [Option<Selector>], doub
             at = selector.switch;
             if at == index {
                 let title = format!("`{}` switches itself", message.signals[index].name.is);
-                let label = "found a circle of multiplexer switches; it is taken to be there always".to_owned();
-                doubts.push(Doubt { signal: index, title, label });
+                let label = "found a circle of multiplexer switches".to_owned();
+                doubts.push(Doubt { signal: index, title, label, hint: ALWAYS_THERE });
                 selectors[index] = None;
                 break;
             }

@@ -3,10 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
-use std::sync::Arc;
 
+use super::findings::Findings;
 use super::statements::{AttributeValue, Note, Object, Selection, Statements, ValueList, ValueNames};
-use crate::config::{Problem, Source};
 use crate::time::Duration;
 
 /// A message's period in milliseconds, as Vector's tools and all others since
@@ -14,6 +13,8 @@ use crate::time::Duration;
 const CYCLE_TIME: &str = "GenMsgCycleTime";
 /// A signal's raw value before anybody has set one.
 const START_VALUE: &str = "GenSigStartValue";
+/// The bus's bit rate, in bit/s or kbit/s.
+const BIT_RATE: &str = "Baudrate";
 /// Classic or FD.
 const FRAME_FORMAT: &str = "VFrameFormat";
 /// What the values of [`FRAME_FORMAT`] mean where the DBC defines it as a number.
@@ -35,8 +36,8 @@ pub(super) struct Notes<'f> {
 impl<'f> Notes<'f> {
     /// Sorts the notes of `file`; those of things that are not there, and of
     /// things that were noted before, are reported.
-    pub fn new(file: &'f Statements<'f>, source: &Arc<Source>, findings: &mut Vec<Problem>) -> Self {
-        let mut reporter = Reporter { known: objects(file), source, findings };
+    pub fn new(file: &'f Statements<'f>, findings: &mut Findings<'_>) -> Self {
+        let mut reporter = Reporter { known: objects(file), findings };
         let tables: BTreeMap<_, _> = file.tables.iter().map(|(name, names)| (name.is, names)).collect();
         let mut values = BTreeMap::new();
         for note in file.values.iter().filter(|note| matches!(note.of.is, Object::Signal(..))) {
@@ -47,14 +48,15 @@ impl<'f> Notes<'f> {
                     Some(names) => *names,
                     None => {
                         let title = format!("there is no value table `{}`", name.is);
-                        reporter.warn(name.span.clone(), title, "found no VAL_TABLE_ of this name".to_owned());
+                        let (label, hint) = ("found no VAL_TABLE_ of this name", "the values stay without names");
+                        reporter.findings.warn(&name.span, title, label, hint);
                         continue;
                     }
                 },
             };
             if !names.is_empty() && values.insert(note.of.is, names).is_some() {
-                let label = "found a second VAL_ for it, which takes the place of the first".to_owned();
-                reporter.warn(note.of.span.clone(), "values of a signal are named twice".to_owned(), label);
+                let (label, hint) = ("found a second VAL_ for it", "it takes the place of the first: keep one of them");
+                reporter.findings.warn(&note.of.span, "values of a signal are named twice", label, hint);
             }
         }
         file.comments.iter().for_each(|note| reporter.check_exists("CM_", note));
@@ -117,6 +119,13 @@ impl<'f> Notes<'f> {
         self.number(START_VALUE, Object::Signal(message, signal)).filter(|value| value.is_finite())
     }
 
+    /// The bus's bit rate, bit/s.
+    pub fn bit_rate(&self) -> Option<u32> {
+        let rate = self.number(BIT_RATE, Object::Network)?;
+        let rate = if (1.0..=1_000.0).contains(&rate) { rate * 1_000.0 } else { rate };
+        (10_000.0..=1_000_000.0).contains(&rate).then_some(rate as u32)
+    }
+
     /// Whether the DBC says that a message is sent in CAN FD frames.
     pub fn is_fd(&self, message: u64) -> bool {
         let Some(number) = self.number(FRAME_FORMAT, Object::Message(message)) else { return false };
@@ -154,15 +163,10 @@ fn objects<'f>(file: &'f Statements<'f>) -> BTreeSet<Object<'f>> {
 
 struct Reporter<'f, 's, 'p> {
     known: BTreeSet<Object<'f>>,
-    source: &'s Arc<Source>,
-    findings: &'p mut Vec<Problem>,
+    findings: &'p mut Findings<'s>,
 }
 
 impl<'f> Reporter<'f, '_, '_> {
-    fn warn(&mut self, span: Range<usize>, title: String, label: String) {
-        self.findings.push(Problem::at(self.source, span, title, label).warning());
-    }
-
     fn check_exists<T>(&mut self, keyword: &str, note: &Note<'f, T>) {
         self.check_object(keyword, note.of.is, note.of.span.clone());
     }
@@ -174,7 +178,8 @@ impl<'f> Reporter<'f, '_, '_> {
         }
         if let Some((first, last)) = selection.ranges.iter().find(|(first, last)| first > last) {
             let label = format!("found {first}-{last}, expected the smaller number first");
-            self.warn(selection.span.clone(), "no switch value is in this range".to_owned(), label);
+            let hint = "the range is empty: turn it round";
+            self.findings.warn(&selection.span, "no switch value is in this range", label, hint);
         }
     }
 
@@ -192,6 +197,7 @@ impl<'f> Reporter<'f, '_, '_> {
             Object::Signal(id, _) => format!("message with the id {id}"),
         };
         let title = format!("this {keyword} speaks of something that is not there");
-        self.warn(span, title, format!("found no {missing}"));
+        let hint = "it is passed over: take it out, or correct the id or the name";
+        self.findings.warn(&span, title, format!("found no {missing}"), hint);
     }
 }

@@ -33,7 +33,7 @@ pub(super) struct Message<'t> {
     pub id: At<&'t str>,
     pub name: At<&'t str>,
     pub len: At<&'t str>,
-    pub sender: &'t str,
+    pub sender: At<&'t str>,
     pub signals: Vec<Signal<'t>>,
 }
 
