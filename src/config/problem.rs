@@ -56,6 +56,13 @@ impl Source {
         let text = self.text[start..].split('\n').next().unwrap_or("").trim_end_matches('\r');
         start..start + text.len()
     }
+
+    /// Line and column of a byte, counted from 1, columns in characters.
+    pub fn line_and_column(&self, at: usize) -> (usize, usize) {
+        let before = &self.text[..floor_char(&self.text, at)];
+        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+    }
 }
 
 impl Problem {
@@ -83,10 +90,8 @@ impl Problem {
     /// `name:line:column`, counted from 1 in characters.
     pub fn position(&self) -> Option<String> {
         let (source, span) = self.place.as_ref()?;
-        let before = &source.text[..floor_char(&source.text, span.start)];
-        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-        let line = before.matches('\n').count() + 1;
-        Some(format!("{}:{line}:{}", source.name, before[line_start..].chars().count() + 1))
+        let (line, column) = source.line_and_column(span.start);
+        Some(format!("{}:{line}:{column}", source.name))
     }
 }
 

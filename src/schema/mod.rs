@@ -11,6 +11,7 @@ mod linker;
 mod markdown;
 mod message;
 mod profile;
+mod profile_check;
 mod profile_reader;
 mod roles;
 mod signal;

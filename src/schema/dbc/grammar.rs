@@ -227,7 +227,12 @@ impl<'t> Reader<'t, '_> {
             At { is: 1, .. } => false,
             At { is, span } => {
                 let label = format!("found {is}, expected 0 for Motorola or 1 for Intel");
-                self.findings.warn(&span, "no byte order has this number", label, "it is taken as 1");
+                self.findings.error(
+                    &span,
+                    "no byte order has this number",
+                    label,
+                    "nobody can tell which end comes first",
+                );
                 false
             }
         };

@@ -52,7 +52,8 @@ pub(super) fn signal(layout: &MessageLayout, signal: &Signal, given: &Statement<
         findings.warn(&given.unit.span, format!("{shown} has no unit"), "found a scaled number without a unit", hint);
     }
     let (least, most) = ends(signal);
-    let slack = signal.factor.abs();
+    // A step, and what printing in decimal costs.
+    let slack = signal.factor.abs() + 1e-9 * (most - least);
     let has_range = signal.minimum < signal.maximum;
     if !signal.is_float() && has_range && (signal.minimum < least - slack || signal.maximum > most + slack) {
         let label = format!("found {} to {}, but its bits hold {least} to {most}", signal.minimum, signal.maximum);
