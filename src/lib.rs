@@ -21,6 +21,7 @@
 //! holds makes the stack panic.
 
 pub mod bus;
+pub mod check;
 pub mod cli;
 pub mod config;
 pub mod control;

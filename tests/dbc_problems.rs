@@ -35,17 +35,21 @@ fn a_good_one_is_taken() {
 #[test]
 fn a_syntax_error_has_its_place_and_says_what_was_expected() {
     let text = ONE.replace("(1,0)", "(1;0)");
-    assert_problem(&text, "bad.dbc:6:24", &["not a valid DBC", "found `;0)`", "`,`"]);
+    assert_problem(&text, "bad.dbc:6:24", &["SG_ statement cannot be read", "found `;`, expected `,`"]);
 }
 
 #[test]
-fn a_syntax_error_at_the_beginning_of_a_statement_has_its_place() {
-    assert_problem(&format!("{ONE}\nBOO_ 2 Two: 8 A\n"), "bad.dbc:8:1", &["found `BOO_`", "a DBC statement"]);
+fn a_length_that_is_no_number_has_its_place() {
+    assert_problem(&format!("{ONE}\nBO_ 2 Two: -8 A\n\nBO_ 3 Three: 8 A\n"), "bad.dbc:8:12", &["-8"]);
 }
 
 #[test]
-fn a_number_that_cannot_be_converted_has_its_line() {
-    assert_problem(&format!("{ONE}\nBO_ 2 Two: -8 A\n\nBO_ 3 Three: 8 A\n"), "bad.dbc:8:1", &["-8"]);
+fn every_bad_statement_is_reported_and_the_next_is_read() {
+    let text = ONE.replace("(1,0)", "(1;0)")
+        + "BO_ 2 Two 8 A\n SG_ Lost : 0|8@1+ (1,0) [0|0] \"\" B\nBO_ 3 Three: 8 A\nVAL_ 3 X 0 ;\n";
+    let Problems(list) = problems(&text);
+    let positions: Vec<_> = list.iter().map(|problem| problem.position().unwrap()).collect();
+    assert_eq!(positions, ["bad.dbc:6:24", "bad.dbc:7:11", "bad.dbc:10:12"], "{}", Problems(list));
 }
 
 #[test]
@@ -56,35 +60,34 @@ fn an_empty_file_has_no_messages() {
 #[test]
 fn a_signal_past_the_end_of_its_message_is_refused() {
     let text = format!("{ONE} SG_ Late : 56|9@1+ (1,0) [0|0] \"\" B\n");
-    assert_problem(&text, "bad.dbc:7:2", &["One.Late does not fit", "byte 9", "byte 8"]);
+    assert_problem(&text, "bad.dbc:7:13", &["One.Late does not fit", "byte 9", "byte 8"]);
     let text = format!("{ONE} SG_ Late : 56|2@0+ (1,0) [0|0] \"\" B\n");
-    assert_problem(&text, "bad.dbc:7:2", &["One.Late does not fit", "byte 9"]);
+    assert_problem(&text, "bad.dbc:7:13", &["One.Late does not fit", "byte 9"]);
 }
 
 #[test]
-fn a_signal_without_bits_or_with_too_many_is_refused() {
-    assert_problem(&ONE.replace("0|16", "0|0"), "bad.dbc:6:2", &["found 0 bits", "1 to 64"]);
-    assert_problem(&ONE.replace("0|16", "0|65").replace(": 8 A", ": 16 A"), "bad.dbc:6:2", &["found 65 bits"]);
+fn a_signal_without_bits_is_refused() {
+    assert_problem(&ONE.replace("0|16", "0|0"), "bad.dbc:6:14", &["One.First has no usable size", "found 0 bits"]);
 }
 
 #[test]
 fn a_factor_that_cannot_be_divided_by_is_refused() {
-    assert_problem(&ONE.replace("(1,0)", "(0,0)"), "bad.dbc:6:2", &["factor", "(0,0)"]);
-    assert_problem(&ONE.replace("(1,0)", "(1e999,0)"), "bad.dbc:6:2", &["factor", "inf"]);
+    assert_problem(&ONE.replace("(1,0)", "(0,0)"), "bad.dbc:6:22", &["factor", "(0,0)"]);
+    assert_problem(&ONE.replace("(1,0)", "(1e999,0)"), "bad.dbc:6:22", &["factor", "inf"]);
 }
 
 #[test]
 fn a_float_of_the_wrong_size_is_refused() {
     let text = format!("{ONE}\nSIG_VALTYPE_ 1 First : 1;\n");
-    assert_problem(&text, "bad.dbc:6:2", &["floating-point", "found 16 bits, expected 32"]);
+    assert_problem(&text, "bad.dbc:6:14", &["floating-point", "found 16 bits, expected 32"]);
 }
 
 #[test]
 fn ids_and_names_must_not_be_given_twice() {
-    assert_problem(&format!("{ONE}\nBO_ 1 Two: 8 A\n"), "bad.dbc:8:1", &["id 001 is given twice", "line 5"]);
-    assert_problem(&format!("{ONE}\nBO_ 2 One: 8 A\n"), "bad.dbc:8:1", &["name One is given twice", "line 5"]);
+    assert_problem(&format!("{ONE}\nBO_ 1 Two: 8 A\n"), "bad.dbc:8:5", &["id 001 is given twice", "line 5"]);
+    assert_problem(&format!("{ONE}\nBO_ 2 One: 8 A\n"), "bad.dbc:8:7", &["name One is given twice", "line 5"]);
     let text = format!("{ONE} SG_ First : 16|8@1+ (1,0) [0|0] \"\" B\n");
-    assert_problem(&text, "bad.dbc:7:2", &["signal name First is given twice", "line 6"]);
+    assert_problem(&text, "bad.dbc:7:6", &["signal name First is given twice", "line 6"]);
 }
 
 #[test]
@@ -96,19 +99,22 @@ fn a_standard_and_an_extended_id_of_the_same_number_are_two() {
 fn an_id_that_no_frame_can_have_is_refused() {
     for id in ["2048", "65537", "2684354560", "4294967296", "99999999999999999999"] {
         let (position, message) = problem(&format!("{ONE}\nBO_ {id} Two: 8 A\n"));
-        assert_eq!(position, "bad.dbc:8:1", "{message}");
+        assert_eq!(position, "bad.dbc:8:5", "{message}");
         assert!(message.contains(id), "{message}");
     }
 }
 
 #[test]
-fn a_message_longer_than_a_frame_is_refused() {
-    assert_problem(&format!("{ONE}\nBO_ 2 Two: 65 A\n"), "bad.dbc:8:1", &["found 65 bytes, expected at most 64"]);
+fn signals_of_one_frame_must_not_overlap() {
+    let text = format!("{ONE} SG_ Over : 8|9@1+ (1,0) [0|0] \"\" B\n");
+    assert_problem(&text, "bad.dbc:7:13", &["First and Over of One overlap"]);
+    let text = format!("{ONE} SG_ Over : 8|1@0+ (1,0) [0|0] \"\" B\n SG_ Clear : 16|1@0+ (1,0) [0|0] \"\" B\n");
+    assert_problem(&text, "bad.dbc:7:13", &["First and Over of One overlap"]);
 }
 
 #[test]
 fn all_problems_of_meaning_come_together() {
-    let text = ONE.replace("(1,0)", "(0,0)") + "\nBO_ 2 Two: 65 A\n\nBO_ 2048 Three: 8 A\n";
+    let text = ONE.replace("(1,0)", "(0,0)") + "\nBO_ 2 One: 8 A\n\nBO_ 2048 Three: 8 A\n";
     assert_eq!(problems(&text).0.len(), 3);
 }
 
@@ -118,12 +124,13 @@ fn vector_s_parked_signals_and_a_byte_order_mark_are_no_problem() {
         format!("\u{FEFF}{ONE}\nBO_ 3221225472 VECTOR__INDEPENDENT_SIG_MSG: 0 A\n SG_ P : 0|8@1+ (1,0) [0|0] \"\" B\n");
     let dbc = Dbc::parse(&Source::new("good.dbc", text)).unwrap();
     assert_eq!(dbc.messages.len(), 1);
+    assert_eq!(dbc.independent_signals[0].name, "P");
 }
 
 #[test]
 fn a_statement_inside_a_comment_moves_no_line_number() {
-    let text = format!("{ONE}\nCM_ \"\nBO_ 9 Nine: 8 A\n\";\n\nBO_ 2 Two: 65 A\n");
-    assert_problem(&text, "bad.dbc:12:1", &["Two"]);
+    let text = format!("{ONE}\nCM_ \"\nBO_ 9 Nine: 8 A\n\";\n\nBO_ 2 Two: x A\n");
+    assert_problem(&text, "bad.dbc:12:12", &["Two"]);
 }
 
 const WHEEL_DRIVE: &str = include_str!("../dbc/wheel_drive.dbc");

@@ -1,6 +1,6 @@
 //! The length of a frame on the wire is known to the bit.
 
-use canloop::bus::{data_phase_bits, frame_bits};
+use canloop::bus::{data_phase_bits, frame_bits, worst_case_frame_bits};
 use canloop::frame::{CanId, Frame, FrameKind};
 use proptest::prelude::*;
 
@@ -144,6 +144,7 @@ proptest! {
         frame.kind = if switch { FrameKind::FdBitRateSwitch } else { FrameKind::Fd };
         let (all, fast) = naive_fd(&frame);
         prop_assert_eq!(frame_bits(&frame), all);
+        prop_assert!(all <= worst_case_frame_bits(id, frame.len(), frame.kind));
         prop_assert_eq!(data_phase_bits(&frame), if switch { fast } else { 0 });
     }
 
@@ -154,6 +155,7 @@ proptest! {
         let stuffed = if id.is_extended() { 54 } else { 34 } + 8 * payload.len() as u32;
         let bounds = stuffed + 13..=stuffed + (stuffed - 1) / 4 + 13;
         prop_assert!(bounds.contains(&frame_bits(&Frame::classic(id, &payload))), "{bounds:?}");
+        prop_assert_eq!(*bounds.end(), worst_case_frame_bits(id, payload.len(), FrameKind::Classic));
     }
 }
 

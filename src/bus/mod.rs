@@ -11,6 +11,7 @@ mod frame_bits;
 #[cfg(target_os = "linux")]
 mod socketcan;
 pub mod socketcand;
+mod worst_case;
 
 use std::fmt;
 
@@ -21,6 +22,7 @@ pub use frame_bits::{data_phase_bits, frame_bits};
 #[cfg(target_os = "linux")]
 pub use socketcan::{SocketCan, SocketCanCounts};
 pub use socketcand::Socketcand;
+pub use worst_case::worst_case_frame_bits;
 
 use crate::frame::Frame;
 use crate::time::Instant;

@@ -1,5 +1,6 @@
 //! The command line of `canloop`.
 
+mod check;
 #[cfg(target_os = "linux")]
 mod doctor;
 mod drive;
@@ -32,6 +33,8 @@ enum Command {
     /// Look at what this machine, and a bus, allow a control loop
     #[cfg(target_os = "linux")]
     Doctor(doctor::Args),
+    /// Look through DBC files, drive profiles, robot files and scenarios
+    Check(check::Args),
     /// Print the messages of a drive profile as a Markdown table
     #[command(after_help = "\
 Examples:
@@ -50,6 +53,7 @@ pub fn main() -> ExitCode {
         Command::Drive(args) => drive::run(&args),
         #[cfg(target_os = "linux")]
         Command::Doctor(args) => doctor::run(&args),
+        Command::Check(args) => check::run(&args),
         Command::Messages { profile } => messages(&profile),
     };
     result.unwrap_or_else(|problems| {

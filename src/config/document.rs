@@ -64,6 +64,13 @@ impl Document {
         Self::parse(path.display().to_string(), read_text(path)?)
     }
 
+    /// All that is wrong with the TOML of `text`, where parsing stops at the
+    /// first.
+    pub fn syntax_problems(source: &Arc<Source>) -> Vec<Problem> {
+        let (_, errors) = DeTable::parse_recoverable(&source.text);
+        errors.iter().map(|error| syntax_problem(source, error)).collect()
+    }
+
     /// Lays `KEY=VALUE` over the document: KEY a dotted path, VALUE as TOML.
     pub fn set(&mut self, assignment: &str) -> Result<(), Problem> {
         let source = Source::new("--set", assignment);
@@ -104,6 +111,11 @@ impl Document {
             Value::Text(text) => Some(text),
             _ => None,
         }
+    }
+
+    /// Whether the outermost table has a key.
+    pub fn has(&self, key: &str) -> bool {
+        matches!(&self.root.value, Value::Table(table) if table.contains_key(key))
     }
 
     /// A problem with the value of a key of the outermost table.
@@ -230,11 +242,12 @@ fn parse(source: &Arc<Source>) -> Result<Node, Problem> {
             let span = table.span();
             Ok(Node { place: place(source, span), value: table_value(source, table.get_ref()) })
         }
-        Err(error) => {
-            let span = error.span().unwrap_or(0..0);
-            Err(Problem::at(source, span, "this is not valid TOML", error.message()))
-        }
+        Err(error) => Err(syntax_problem(source, &error)),
     }
+}
+
+fn syntax_problem(source: &Arc<Source>, error: &toml::de::Error) -> Problem {
+    Problem::at(source, error.span().unwrap_or(0..0), "this is not valid TOML", error.message())
 }
 
 fn place(source: &Arc<Source>, span: Range<usize>) -> Place {

@@ -12,5 +12,6 @@ mod problem;
 mod reader;
 
 pub use document::Document;
-pub use problem::{Problem, Problems, Source};
+pub(crate) use document::read_text;
+pub use problem::{Problem, Problems, Severity, Source};
 pub use reader::{Bound, Item, Reader, Section, nearest};

@@ -11,7 +11,8 @@ impl Document {
     /// Opens a configuration and lays it over the one that it names as its
     /// `base`, and that over its own. A name that is no path is that of one of
     /// `shipped`, pairs of name and text; paths of bases count from the file
-    /// that names them.
+    /// that names them. A base that is not shipped may also be named without
+    /// its `.toml` when it stands beside that file.
     pub fn open(name_or_path: &str, shipped: &[(&str, &str)]) -> Result<Self, Problem> {
         const DEEPEST: usize = 8;
         let mut document = open(name_or_path, shipped)?;
@@ -19,7 +20,13 @@ impl Document {
         let mut next = document.text_of("base").map(str::to_owned);
         for _ in 0..DEEPEST {
             let Some(name) = next else { return Ok(document) };
-            let path = if name.ends_with(".toml") { folder.join(&name).display().to_string() } else { name };
+            let beside = folder.join(format!("{name}.toml"));
+            let is_shipped = shipped.iter().any(|(known, _)| *known == name);
+            let path = match name.ends_with(".toml") {
+                true => folder.join(&name).display().to_string(),
+                false if !is_shipped && beside.is_file() => beside.display().to_string(),
+                false => name,
+            };
             let base = open(&path, shipped).map_err(|problem| {
                 document.problem_at("base", problem.title, "named here").help(problem.help.unwrap_or_default())
             })?;

@@ -15,9 +15,21 @@ pub struct Source {
     pub text: String,
 }
 
+/// How much a problem matters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// It may be meant; what it stands in can be used.
+    Warning,
+    /// It cannot be used as it is.
+    #[default]
+    Error,
+}
+
 /// One thing wrong with one input.
 #[derive(Clone, Debug)]
 pub struct Problem {
+    /// How much it matters.
+    pub severity: Severity,
     /// Where: the text and a byte range in it.
     pub place: Option<(Arc<Source>, Range<usize>)>,
     /// What is wrong, in one line.
@@ -44,17 +56,29 @@ impl Source {
         let text = self.text[start..].split('\n').next().unwrap_or("").trim_end_matches('\r');
         start..start + text.len()
     }
+
+    /// Line and column of a byte, counted from 1, columns in characters.
+    pub fn line_and_column(&self, at: usize) -> (usize, usize) {
+        let before = &self.text[..floor_char(&self.text, at)];
+        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+    }
 }
 
 impl Problem {
     /// A problem at `span` of `source`.
     pub fn at(source: &Arc<Source>, span: Range<usize>, title: impl Into<String>, label: impl Into<String>) -> Self {
-        Self { place: Some((Arc::clone(source), span)), title: title.into(), label: label.into(), help: None }
+        Self { place: Some((Arc::clone(source), span)), label: label.into(), ..Self::bare(title) }
     }
 
     /// A problem that has no place in a text, such as a missing file.
     pub fn bare(title: impl Into<String>) -> Self {
-        Self { place: None, title: title.into(), label: String::new(), help: None }
+        Self { severity: Severity::Error, place: None, title: title.into(), label: String::new(), help: None }
+    }
+
+    /// The same as a warning.
+    pub fn warning(self) -> Self {
+        Self { severity: Severity::Warning, ..self }
     }
 
     /// Adds advice.
@@ -66,10 +90,8 @@ impl Problem {
     /// `name:line:column`, counted from 1 in characters.
     pub fn position(&self) -> Option<String> {
         let (source, span) = self.place.as_ref()?;
-        let before = &source.text[..floor_char(&source.text, span.start)];
-        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-        let line = before.matches('\n').count() + 1;
-        Some(format!("{}:{line}:{}", source.name, before[line_start..].chars().count() + 1))
+        let (line, column) = source.line_and_column(span.start);
+        Some(format!("{}:{line}:{column}", source.name))
     }
 }
 
@@ -81,7 +103,11 @@ impl From<Problem> for Problems {
 
 impl fmt::Display for Problem {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut group = Group::with_title(Level::ERROR.primary_title(self.title.as_str()));
+        let level = match self.severity {
+            Severity::Error => Level::ERROR,
+            Severity::Warning => Level::WARNING,
+        };
+        let mut group = Group::with_title(level.primary_title(self.title.as_str()));
         if let Some((source, span)) = &self.place {
             let end = floor_char(&source.text, span.end);
             let span = floor_char(&source.text, span.start).min(end)..end;

@@ -78,8 +78,8 @@ impl BusLog {
         Ok(log)
     }
 
-    /// Logs a frame, raw and decoded. A frame shorter than its message in the
-    /// DBC, and a remote request, have no signals to decode.
+    /// Logs a frame, raw and decoded, unless it carries no signal: a remote
+    /// request, or one cut short before the first.
     pub fn put(&self, channels: &mut Channels, chunk: &mut Chunk, at: Instant, on_bus: &BusFrame) {
         let &BusFrame { sent_by_stack, ref frame, .. } = on_bus;
         if matches!(frame.kind, FrameKind::Fd | FrameKind::FdBitRateSwitch) {
@@ -90,8 +90,10 @@ impl BusLog {
         }
         let Ok(index) = self.messages.binary_search_by_key(&key(frame.id), |message| message.key) else { return };
         let message = &self.messages[index];
-        if frame.kind != FrameKind::Remote && frame.len() >= message.layout.len {
-            channels.message(chunk, message.channel, at, |out| put_signals(out, &message.layout, frame));
+        let layout = &message.layout;
+        let says_something = layout.signals.is_empty() || layout.carried(frame).next().is_some();
+        if frame.kind != FrameKind::Remote && says_something {
+            channels.message(chunk, message.channel, at, |out| put_signals(out, layout, frame));
         }
     }
 }

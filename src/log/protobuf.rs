@@ -1,6 +1,7 @@
 //! Protobuf messages written straight into a chunk: a field is a tag and a
-//! value, and every field is written every time, zeros too, because some
-//! viewers take a field that is missing for a gap in the signal.
+//! value. What there is is written, zeros too, because some viewers take a
+//! field that is missing for a gap in the signal; and a signal that a frame
+//! does not carry is one.
 
 use prost_types::field_descriptor_proto::Type;
 
@@ -39,11 +40,12 @@ pub(super) fn field_type(signal: &Signal) -> Type {
     }
 }
 
-/// Appends the signals of a frame, fields numbered from 1 as in `layout` and
-/// of the types that [`field_type`] gives.
+/// Appends the signals that a frame carries, fields numbered from 1 as in
+/// `layout` and of the types that [`field_type`] gives.
 pub(super) fn put_signals(out: &mut Vec<u8>, layout: &MessageLayout, frame: &Frame) {
     let data = frame.storage();
-    for (number, signal) in (1..).zip(&layout.signals) {
+    for (index, signal) in layout.carried(frame) {
+        let number = index as u64 + 1;
         match (signal.is_integer(), signal.decode_raw(data)) {
             (true, Raw::Unsigned(value)) => put_unsigned(out, number, value),
             (true, Raw::Signed(value)) => put_unsigned(out, number, zigzag(value)),

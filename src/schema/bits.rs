@@ -3,14 +3,21 @@
 
 use std::ops::Range;
 
-/// Bytes that a frame can hold; windows are clamped to stay inside.
+/// Bytes that a frame can hold; windows are clamped to stay inside where they
+/// can.
 const CAPACITY: usize = 64;
+/// Bytes of the longest message that any transport protocol carries, and more.
+const LONGEST: usize = 1 << 16;
 
-/// 1 to 64 consecutive bits of a frame.
+/// Consecutive bits of a message. More than 64 of them keep their place but
+/// are no number: they read as 0 and are never written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Bits {
     /// First byte of the window.
     first: usize,
+    /// The byte after the last one touched.
+    end: usize,
+    len: u32,
     /// How far right the window moves to bring the lowest bit down to bit 0.
     shift: u32,
     /// As many ones as the signal has bits.
@@ -31,33 +38,36 @@ pub enum ByteOrder {
 
 impl Bits {
     /// Compiles a DBC's `start|len@order`: `start` names the lowest bit of an
-    /// Intel signal and the highest one of a Motorola signal. `None` when that
-    /// is not 1 to 64 bits inside 64 bytes.
+    /// Intel signal and the highest one of a Motorola signal. `None` when there
+    /// are no bits, or when they lie farther out than any message reaches.
     pub fn new(start: usize, len: usize, order: ByteOrder) -> Option<Self> {
-        let touched = touched_bytes(start, len, order)?;
-        if !(1..=64).contains(&len) || touched.end > CAPACITY {
-            return None;
-        }
-        let wide = touched.len() > 8;
+        let touched = touched_bytes(start, len, order).filter(|touched| touched.end <= LONGEST)?;
+        let is_number = len <= 64;
+        let wide = is_number && touched.len() > 8;
         let width = if wide { 16 } else { 8 };
-        // The signals of a classic frame all share one window, which the
-        // payload of a full one holds.
-        let first = if touched.end <= 8 { 0 } else { touched.start.min(CAPACITY - width) };
+        let first = match touched.end {
+            // The signals of a classic frame all share one window, which the
+            // payload of a full one holds.
+            0..=8 => 0,
+            9..=CAPACITY => touched.start.min(CAPACITY - width),
+            _ => touched.start,
+        };
         let shift = match order {
+            _ if !is_number => 0,
             ByteOrder::Intel => start - 8 * first,
             ByteOrder::Motorola => 8 * (first + width) - (line_position(start) + len),
         };
-        Some(Self { first, shift: shift as u32, mask: u64::MAX >> (64 - len), wide, order })
+        let mask = if is_number { u64::MAX >> (64 - len) } else { 0 };
+        Some(Self { first, end: touched.end, len: len as u32, shift: shift as u32, mask, wide, order })
     }
 
-    /// The bits as a number.
+    /// The bits as a number; those that `data` is too short for are 0.
     #[inline]
-    pub fn load(&self, data: &[u8; CAPACITY]) -> u64 {
-        let window = &data[self.first..];
+    pub fn load(&self, data: &[u8]) -> u64 {
         if self.wide {
-            (self.to_u128(first_chunk(window)) >> self.shift) as u64 & self.mask
+            (self.to_u128(window(data, self.first)) >> self.shift) as u64 & self.mask
         } else {
-            (self.to_u64(first_chunk(window)) >> self.shift) & self.mask
+            (self.to_u64(window(data, self.first)) >> self.shift) & self.mask
         }
     }
 
@@ -89,7 +99,12 @@ impl Bits {
 
     /// How many bits there are.
     pub const fn len(&self) -> u32 {
-        self.mask.count_ones()
+        self.len
+    }
+
+    /// How many bytes a message must have to hold all of them.
+    pub const fn end(&self) -> usize {
+        self.end
     }
 
     #[inline]
@@ -127,8 +142,18 @@ const fn line_position(bit: usize) -> usize {
 }
 
 #[inline]
-fn first_chunk<const N: usize>(window: &[u8]) -> [u8; N] {
-    *window.first_chunk().expect("`new` leaves room for the whole window")
+fn window<const N: usize>(data: &[u8], first: usize) -> [u8; N] {
+    match data.get(first..).and_then(|rest| rest.first_chunk()) {
+        Some(bytes) => *bytes,
+        None => padded(data.get(first..).unwrap_or_default()),
+    }
+}
+
+#[cold]
+fn padded<const N: usize>(short: &[u8]) -> [u8; N] {
+    let mut bytes = [0; N];
+    bytes[..short.len()].copy_from_slice(short);
+    bytes
 }
 
 /// Changes the first `N` bytes of `window`, or those there are of them.
@@ -149,12 +174,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_signal_must_be_one_to_64_bits_inside_64_bytes() {
+    fn a_signal_must_have_bits_and_lie_within_reach() {
         for (start, len, order) in [
             (0, 0, ByteOrder::Intel),
-            (0, 65, ByteOrder::Intel),
-            (511, 2, ByteOrder::Intel),
-            (504, 2, ByteOrder::Motorola),
+            (8 * LONGEST - 1, 2, ByteOrder::Intel),
+            (8 * LONGEST - 8, 2, ByteOrder::Motorola),
+            (0, usize::MAX, ByteOrder::Motorola),
             (usize::MAX, 64, ByteOrder::Intel),
         ] {
             assert_eq!(Bits::new(start, len, order), None, "{start}|{len} {order:?}");
@@ -168,5 +193,24 @@ mod tests {
         bits.store(&mut data, 0xFFFF);
         assert_eq!(data, [0xF0, 0xFF]);
         Bits::new(32, 8, ByteOrder::Intel).unwrap().store(&mut data, 0);
+    }
+    #[test]
+    fn bits_past_a_frame_s_end_are_read_and_written_in_longer_messages() {
+        for (start, len, order) in [(8 * 100 + 3, 64, ByteOrder::Intel), (8 * 63 + 2, 33, ByteOrder::Motorola)] {
+            let bits = Bits::new(start, len, order).unwrap();
+            let mut data = vec![0xFF; bits.end()];
+            bits.store(&mut data, 0x0123_4567_89AB_CDEF);
+            assert_eq!(bits.load(&data), 0x0123_4567_89AB_CDEF & (u64::MAX >> (64 - len)));
+            assert_eq!(bits.load(&data[..64]) & !bits.load(&data), 0);
+            bits.store(&mut data[..10], 0);
+        }
+    }
+
+    #[test]
+    fn more_bits_than_a_number_has_are_left_alone() {
+        let bits = Bits::new(0, 1600, ByteOrder::Intel).unwrap();
+        let mut data = [0xFF; 200];
+        bits.store(&mut data, 0);
+        assert_eq!((bits.load(&data), bits.end(), data), (0, 200, [0xFF; 200]));
     }
 }

@@ -10,6 +10,7 @@ use super::envelope::{Checksum, CrcRule, Envelope};
 use super::pattern::{Masked, Pattern};
 use super::signal::{Raw, RawKind, Signal};
 use crate::config::{Item, Section};
+use crate::frame::Frame;
 use crate::time::Duration;
 use crate::wheels::{Wheel, Wheels};
 
@@ -70,6 +71,11 @@ impl<'r> Linker<'r> {
             self.report(section, "message", &title, &format!("found `{template}`, {}", nearest(&name, names)));
             return None;
         };
+        if layout.len > Frame::CAPACITY {
+            let title = format!("`{name}` of {} is longer than a frame", self.dbc.source.name);
+            self.report(section, "message", &title, &format!("found {} bytes, expected at most 64", layout.len));
+            return None;
+        }
         if let Some(wheel) = wheel.filter(|_| template.contains(NODE)) {
             self.check_node_id(&self.nodes[wheel], layout);
         }
@@ -87,6 +93,8 @@ impl<'r> Linker<'r> {
         let Linked { layout, wheel } = message;
         let name = self.named(name, wheel)?;
         if let Some(signal) = layout.signal(&name) {
+            let always_there = signal.selector.is_none() && !signal.is_wide();
+            self.unless(!always_there, section, key, signal, "a number that every frame of the message carries")?;
             return Some(signal.clone());
         }
         let names = layout.signals.iter().map(|signal| signal.name.as_str());

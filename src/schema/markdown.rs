@@ -21,7 +21,7 @@ impl Dbc {
 fn row(message: &MessageLayout) -> String {
     let MessageLayout { id, name, len, sender, .. } = message;
     let every = message.cycle.map_or_else(String::new, |cycle| format!("{} ms", cycle.as_nanos() as f64 / 1e6));
-    let signals: Vec<String> = message.signals.iter().map(signal).collect();
+    let signals: Vec<String> = message.signals.iter().map(|one| signal(one) + &condition(message, one)).collect();
     format!("| `0x{id}` | {name} | {len} | {sender} | {every} | {} |\n", signals.join("<br>"))
 }
 
@@ -49,4 +49,14 @@ fn signal(signal: &Signal) -> String {
         write!(text, " ({})", names.join(", ")).expect("a String takes any text");
     }
     text.trim_end().replace('|', "\\|")
+}
+
+/// Such as "; when `Mode` is 1 to 3 or 7".
+fn condition(message: &MessageLayout, signal: &Signal) -> String {
+    let Some(selector) = &signal.selector else { return String::new() };
+    let values = selector.values.iter().map(|range| match (range.start(), range.end()) {
+        (first, last) if first == last => first.to_string(),
+        (first, last) => format!("{first} to {last}"),
+    });
+    format!("; when `{}` is {}", message.signals[selector.switch].name, values.collect::<Vec<_>>().join(" or "))
 }

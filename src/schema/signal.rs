@@ -1,12 +1,18 @@
 //! A signal: a number in some bits of a frame, with its unit and scale.
 
+use std::ops::RangeInclusive;
+
 use super::bits::{Bits, ByteOrder};
 
 /// One signal of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signal {
-    /// Name, unique in its message.
+    /// Name, unique in its message: the long one where the DBC gives one
+    /// (`SystemSignalLongSymbol`).
     pub name: String,
+    /// The name in the DBC's `SG_` statement, cut to 32 characters by some
+    /// tools.
+    pub short_name: String,
     /// Unit as the DBC writes it; empty when it has none.
     pub unit: String,
     /// What it means (`CM_`); empty when the DBC does not say.
@@ -16,12 +22,19 @@ pub struct Signal {
     pub minimum: f64,
     /// Greatest physical value that makes sense.
     pub maximum: f64,
-    /// Physical value of one raw step; finite and not 0.
+    /// Physical value of one raw step. Finite and not 0, unless the DBC was
+    /// read in spite of its errors.
     pub factor: f64,
     /// Physical value of raw 0; finite.
     pub offset: f64,
-    /// Names of raw values (`VAL_`), in the DBC's order.
+    /// Names of raw values (`VAL_`), in the DBC's order, none named twice.
+    /// Those of an unsigned signal beyond `i64::MAX` are here as the negative
+    /// number of the same 64 bits.
     pub value_names: Vec<(i64, String)>,
+    /// The raw value before anybody has set one (`GenSigStartValue`).
+    pub start_value: Option<f64>,
+    /// When a frame carries it; always, if it is not multiplexed.
+    pub selector: Option<Selector>,
     /// Start bit as the DBC counts: the lowest bit of an Intel signal, the
     /// highest of a Motorola one.
     pub start_bit: usize,
@@ -30,6 +43,17 @@ pub struct Signal {
     /// How the raw bits are to be read.
     pub kind: RawKind,
     pub(super) bits: Bits,
+    /// Whether `f64` is too narrow for what happens between raw and physical.
+    pub(super) scale_exactly: bool,
+}
+
+/// Which values of a multiplexer switch bring a signal into a frame.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Selector {
+    /// The switch, as an index into the message's signals.
+    pub switch: usize,
+    /// Raw values of the switch, its bits read without a sign.
+    pub values: Vec<RangeInclusive<u64>>,
 }
 
 /// How the bits of a signal make a number.
@@ -57,9 +81,25 @@ pub enum Raw {
 }
 
 impl Signal {
-    /// How many bits it has, 1 to 64.
+    /// How many bits it has, 1 or more.
     pub const fn bit_count(&self) -> u32 {
         self.bits.len()
+    }
+
+    /// Whether it has more than 64 bits, a text perhaps. That is no number: it
+    /// reads as raw 0, is never written, and messages pass it over.
+    pub const fn is_wide(&self) -> bool {
+        self.bit_count() > 64
+    }
+
+    /// Bits that a `u64` has more than this signal.
+    pub(super) const fn unused_bits(&self) -> u32 {
+        64_u32.saturating_sub(self.bit_count())
+    }
+
+    /// How many bytes a payload must have to hold all of it.
+    pub const fn end_byte(&self) -> usize {
+        self.bits.end()
     }
 
     /// Whether the physical value is the raw whole number itself.
@@ -81,9 +121,10 @@ impl Signal {
         format!("{}|{}@{order}{sign} ({},{}){float}", self.start_bit, self.bit_count(), self.factor, self.offset,)
     }
 
-    /// The raw value in `data`, the storage of a frame.
+    /// The raw value in `data`, a payload or the storage of a frame. Bits that
+    /// `data` is too short for are 0.
     #[inline]
-    pub fn decode_raw(&self, data: &[u8; 64]) -> Raw {
+    pub fn decode_raw(&self, data: &[u8]) -> Raw {
         let bits = self.bits.load(data);
         match self.kind {
             RawKind::Unsigned => Raw::Unsigned(bits),
@@ -94,20 +135,33 @@ impl Signal {
     }
 
     /// The physical value in `data`: `raw * factor + offset`, each step
-    /// rounded to `f64`.
+    /// rounded to `f64`; rounded once where both are whole numbers.
     #[inline]
-    pub fn decode(&self, data: &[u8; 64]) -> f64 {
-        self.decode_raw(data).as_f64() * self.factor + self.offset
+    pub fn decode(&self, data: &[u8]) -> f64 {
+        self.physical(self.decode_raw(data))
+    }
+
+    /// The physical value that `raw` stands for.
+    #[inline]
+    pub fn physical(&self, raw: Raw) -> f64 {
+        if self.scale_exactly { self.scaled_exactly(raw) } else { raw.as_f64() * self.factor + self.offset }
     }
 
     /// The name of the raw value in `data`, if the DBC gives it one.
-    pub fn decode_name(&self, data: &[u8; 64]) -> Option<&str> {
+    pub fn decode_name(&self, data: &[u8]) -> Option<&str> {
         let raw = match self.decode_raw(data) {
-            Raw::Unsigned(raw) => i64::try_from(raw).ok()?,
+            Raw::Unsigned(raw) => raw as i64,
             Raw::Signed(raw) => raw,
+            Raw::Real(raw) if raw.trunc() == raw && raw.abs() < 1e15 => raw as i64,
             Raw::Real(_) => return None,
         };
         self.value_names.iter().find(|(value, _)| *value == raw).map(|(_, name)| name.as_str())
+    }
+
+    /// The raw value that the DBC gives this name.
+    pub fn value_named(&self, name: &str) -> Option<Raw> {
+        let (value, _) = self.value_names.iter().find(|(_, known)| known == name)?;
+        Some(if self.kind == RawKind::Unsigned { Raw::Unsigned(*value as u64) } else { Raw::Signed(*value) })
     }
 
     /// Writes the raw value nearest to `physical`, halves away from zero.
@@ -127,7 +181,7 @@ impl Signal {
 
     /// The bits themselves, as a number.
     #[inline]
-    pub(super) fn decode_bits(&self, data: &[u8; 64]) -> u64 {
+    pub(super) fn decode_bits(&self, data: &[u8]) -> u64 {
         self.bits.load(data)
     }
 
@@ -144,12 +198,12 @@ impl Signal {
 
     /// What of `counter` this signal has bits for.
     pub(super) const fn low_bits(&self, counter: u8) -> u8 {
-        counter & (u64::MAX >> (64 - self.bit_count())) as u8
+        counter & (u64::MAX >> self.unused_bits()) as u8
     }
 
     #[inline]
     fn to_bits(&self, raw: Raw) -> u64 {
-        let unused = 64 - self.bit_count();
+        let unused = self.unused_bits();
         match self.kind {
             RawKind::Unsigned => raw.to_u64().min(u64::MAX >> unused),
             RawKind::Signed => raw.to_i64().clamp(i64::MIN >> unused, i64::MAX >> unused) as u64,
@@ -158,9 +212,20 @@ impl Signal {
         }
     }
 
+    /// As [`Self::physical`], for large whole numbers.
+    #[cold]
+    fn scaled_exactly(&self, raw: Raw) -> f64 {
+        let raw = match raw {
+            Raw::Unsigned(raw) => i128::from(raw),
+            Raw::Signed(raw) => i128::from(raw),
+            Raw::Real(raw) => return raw * self.factor + self.offset,
+        };
+        (raw * self.factor as i128 + self.offset as i128) as f64
+    }
+
     #[inline]
-    const fn sign_extend(&self, bits: u64) -> i64 {
-        let unused = 64 - self.bit_count();
+    pub(super) const fn sign_extend(&self, bits: u64) -> i64 {
+        let unused = self.unused_bits();
         ((bits << unused) as i64) >> unused
     }
 }

@@ -51,11 +51,19 @@ BO_ 132 Wide: 24 Drive
  SG_ Double : 64|64@1- (1,0) [0|0] "" Stack
  SG_ Last : 183|16@0+ (1,0) [0|0] "" Stack
 
+BO_ 133 Modes: 6 Drive
+ SG_ Mode M : 0|2@1+ (1,0) [0|0] "" Stack
+ SG_ Always : 8|8@1+ (1,0) [0|0] "" Stack
+ SG_ InOne m1 : 16|16@1- (1,0) [0|0] "" Stack
+ SG_ InTwo m2 : 16|32@1+ (0.1,0) [0|0] "" Stack
+ SG_ InThree m3 : 16|32@1- (1,0) [0|0] "" Stack
+
 CM_ SG_ 385 Position "Latched at SYNC.";
 VAL_ 385 State 0 "Boot" 1 "Ready" 2 "Enabled" 3 "Fault" ;
 SIG_VALTYPE_ 130 Speed1 : 1;
 SIG_VALTYPE_ 132 Single : 1;
 SIG_VALTYPE_ 132 Double : 2;
+VAL_ 133 Mode 0 "Nothing" ;
 "#;
 
 /// The DBC, parsed.
@@ -110,6 +118,7 @@ fn frames(tick: u64, random: &mut Random) -> Vec<Frame> {
         Frame::classic(CanId::Standard(131), &random.bytes::<3>()),
     ];
     if tick.is_multiple_of(10) {
+        frames.push(Frame::classic(CanId::Standard(133), &random.bytes::<6>()));
         frames.extend([remote, wide, too_short, unknown, Frame::zeroed(CanId::Standard(131), 3)]);
     }
     frames

@@ -24,3 +24,8 @@ use self::with_can::run_where_there_is;
 fn all_of_it_holds_on_the_kernels_virtual_bus() {
     run_where_there_is("with-vcan", "over_vcan");
 }
+
+#[test]
+fn the_same_frames_cross_between_two_cards() {
+    run_where_there_is("with-can-card", "over_a_card");
+}
