@@ -385,6 +385,9 @@ impl Profile {
         let mut traffic = Vec::new();
         self.list_roles(|id, role, _| match role {
             Role::Sync | Role::Command => traffic.push((id, FrameKind::Classic, period)),
+            Role::Feedback(_) if self.asks == Asks::Nothing => {
+                traffic.push((id, FrameKind::Classic, self.feedback_period.unwrap_or(period)));
+            }
             Role::Feedback(_) => {
                 if self.asks == Asks::ByPoll {
                     traffic.push((id, FrameKind::Remote, period));
