@@ -35,7 +35,9 @@ fn the_robot_keeps_to_its_path_on_every_kind_of_drive() {
 fn every_profile_that_ships_has_a_row_here() {
     let mut driven: Vec<String> = DRIVES
         .iter()
-        .map(|(scenario, ..)| hil_sim::scenario::Scenario::load(scenario, &[]).expect("a good scenario").stack.profile.name)
+        .map(|(scenario, ..)| {
+            hil_sim::scenario::Scenario::load(scenario, &[]).expect("a good scenario").stack.profile.name
+        })
         .collect();
     let mut shipped: Vec<String> = canloop::schema::Profile::builtin_names().map(str::to_owned).collect();
     (driven.sort(), shipped.sort());
