@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 
 use canloop::config::Source;
 use canloop::frame::Frame;
-use canloop::schema::{Dbc, MessageLayout, Signal};
+use canloop::schema::{Dbc, MessageLayout, Profile, Signal};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
@@ -25,10 +25,12 @@ struct Answer {
 }
 
 #[test]
-fn on_the_wheel_drive() {
-    let path = Path::new(ROOT).join("dbc/wheel_drive.dbc");
-    let dbc = Dbc::parse(&Dbc::read_source(&path).unwrap()).unwrap();
-    assert_agreement(&path, &dbc, 50);
+fn on_every_drive_that_ships() {
+    for name in Profile::builtin_names() {
+        let path = Path::new(ROOT).join(format!("dbc/{name}.dbc"));
+        let dbc = Dbc::parse(&Dbc::read_source(&path).unwrap()).unwrap();
+        assert_agreement(&path, &dbc, 50);
+    }
 }
 
 #[test]

@@ -161,3 +161,48 @@ fn a_dbc_that_is_missing_is_reported_at_the_key_that_names_it() {
     let message = Profile::load(path.to_str().unwrap()).unwrap_err().to_string();
     assert!(message.contains("cannot read") && message.contains("drive.toml:4:"), "{message}");
 }
+
+#[test]
+fn words_and_states_that_are_not_there_are_reported_with_the_nearest_names() {
+    assert_refused(
+        "enable = \"enable\"",
+        "enable = \"enabel\"",
+        &["found `enabel`, which is not in [words]", "`enable`"],
+    );
+    assert_refused("next = \"ready\"", "next = \"reddy\"", &["found `reddy`, which is no [[state]]", "`ready`"]);
+    assert_refused("hears = { enable = ", "hears = { enabel = ", &["found `enabel`, which is not in [words]"]);
+    assert_refused("leads_to = \"fault\"", "leads_to = \"falt\"", &["found `falt`, which is no [[state]]", "`fault`"]);
+    assert_refused("means = \"boot\"", "means = \"asleep\"", &["expected one of \"boot\", \"ready\""]);
+    assert_refused(
+        "Request = \"Enable\"",
+        "Requst = \"Enable\"",
+        &["RightCommand of drive.dbc has no signal `Requst`"],
+    );
+}
+
+#[test]
+fn a_value_must_fit_its_signal_and_its_mask() {
+    assert_refused("shows = \"Boot\"", "shows = 16", &["`State`", "one that can hold 16"]);
+    let masked = "shows = { mask = 0x3, value = 0x4 }";
+    assert_refused("shows = \"Boot\"", masked, &["found 0x3, expected one that covers the value and fits `State`"]);
+}
+
+#[test]
+fn drives_that_wait_for_a_sync_need_one_and_those_that_do_not_need_something_else() {
+    let toml = TOML.replacen("[sync]\nmessage = \"Sync\"\ncounter = \"Counter\"\n", "", 1);
+    let message = parse(&toml, DBC).unwrap_err().to_string();
+    assert!(message.contains("expected a table [sync]"), "{message}");
+    assert_refused("asks_with = \"sync\"", "asks_with = \"shouting\"", &["expected one of \"sync\", \"poll\""]);
+    let dbc =
+        DBC.replace("BA_ \"GenMsgCycleTime\" BO_ 385 5;\n", "").replace("BA_ \"GenMsgCycleTime\" BO_ 386 5;\n", "");
+    let toml = TOML.replacen("asks_with = \"sync\"", "asks_with = \"nothing\"", 1);
+    let message = problem(&toml, &dbc).to_string();
+    assert!(message.contains("found no GenMsgCycleTime") && message.contains("drive.toml"), "{message}");
+}
+
+#[test]
+fn every_profile_that_ships_is_good() {
+    for name in Profile::builtin_names() {
+        assert_eq!(Profile::builtin(name).expect("it is built in").name, name);
+    }
+}

@@ -21,6 +21,8 @@ pub struct VirtualRobot {
     profile: Profile,
     plant: Plant,
     drives: Wheels<Drive>,
+    /// Whether periods without SYNC begin by the clock, not by a command.
+    is_by_clock: bool,
     /// Periods begun.
     ticks: u64,
     /// Frames of this period's beginning that have yet to come.
@@ -45,6 +47,7 @@ impl VirtualRobot {
         Self {
             plant,
             drives: Wheels::from_fn(|_| Drive::new(spec, &profile)),
+            is_by_clock: false,
             ticks: 0,
             awaited: 0,
             path_began: None,
@@ -55,6 +58,12 @@ impl VirtualRobot {
             profile,
             frames: VecDeque::with_capacity(64),
         }
+    }
+
+    /// The same robot where time goes by the clock: without SYNC, a period
+    /// begins when [`Self::begin_period`] is called.
+    pub fn by_clock(self) -> Self {
+        Self { is_by_clock: true, ..self }
     }
 
     /// The profile that the drives keep to.
@@ -73,7 +82,7 @@ impl VirtualRobot {
         let Ok(message) = self.profile.decode(frame) else { return false };
         let begins = match message {
             Message::Sync { .. } => true,
-            Message::Command(Wheel::Right, _) => !self.profile.has_sync(),
+            Message::Command(Wheel::Right, _) => !self.profile.has_sync() && !self.is_by_clock,
             _ => false,
         };
         if begins {

@@ -1,5 +1,6 @@
 //! The far side on a bus, by the clock: the plant moves as time does, and the
-//! bus itself is the wire.
+//! bus itself is the wire. SYNC takes the plant to its own moment; without SYNC
+//! whatever happens does.
 
 use std::ops::ControlFlow;
 
@@ -25,8 +26,12 @@ pub struct WallServer<'r, S> {
     route: Route,
     period: Duration,
     bit: Duration,
-    /// The moment the plant stands at, once a first SYNC has come.
-    plant_at: Option<Instant>,
+    /// The moment the plant stands at.
+    plant_at: Instant,
+    /// When the period began.
+    begun_at: Instant,
+    /// Whether anybody has spoken to the drives.
+    is_heard: bool,
     /// What passed through the bus.
     wire: WireStats,
     ignored: u64,
@@ -39,15 +44,18 @@ const LOOK_UP: Duration = Duration::from_millis(20);
 impl<'r, S: Sink> WallServer<'r, S> {
     /// The far side of `scenario` on `bus`.
     pub fn new(scenario: &Scenario, bitrate_bit_s: u32, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock) -> Self {
+        let now = clock.now();
         Self {
-            robot: scenario.virtual_robot(clock.now()),
+            robot: scenario.virtual_robot(now).by_clock(),
             bus,
             sink,
             clock,
             route: Route::new(scenario),
             period: scenario.stack.period,
             bit: Duration::from_nanos(1_000_000_000 / i64::from(bitrate_bit_s)),
-            plant_at: None,
+            plant_at: now,
+            begun_at: now,
+            is_heard: false,
             wire: WireStats::default(),
             ignored: 0,
             ticks: scenario.ticks(),
@@ -81,8 +89,8 @@ impl<'r, S: Sink> WallServer<'r, S> {
 
     fn step(&mut self) -> Result<Happened, BusError> {
         let now = self.clock.now();
-        let missed = self.plant_at.map_or(Instant::MAX, |at| at + self.period * 2);
-        let deadline = self.robot.next_wakeup().min(missed).min(now + LOOK_UP);
+        let patience = if self.has_sync() { self.period * 2 } else { self.period };
+        let deadline = self.robot.next_wakeup().min(self.begun_at + patience).min(now + LOOK_UP);
         let mut happened = Happened::Nothing;
         match self.bus.receive(deadline)? {
             Some((at, Arrival::Frame(frame))) if self.robot.is_addressed_by(&frame) => happened = self.take(at, &frame),
@@ -92,11 +100,12 @@ impl<'r, S: Sink> WallServer<'r, S> {
         }
         let now = self.clock.now();
         if now >= self.robot.next_wakeup() {
+            self.catch_up(now);
             self.robot.handle_wakeup(now);
         }
-        if let Some(at) = self.plant_at.as_mut().filter(|at| now >= **at + self.period * 2) {
-            *at += self.period;
-            self.robot.go_without_sync(self.period.as_secs_f64());
+        if now >= self.begun_at + patience {
+            self.begun_at += self.period;
+            happened = self.go_on_without(now).or(happened);
         }
         self.send(now)?;
         Ok(happened)
@@ -104,11 +113,46 @@ impl<'r, S: Sink> WallServer<'r, S> {
 
     fn take(&mut self, at: Instant, frame: &Frame) -> Happened {
         self.tell_frame(at, frame, true);
-        let span = self.plant_at.map_or(Duration::ZERO, |last| at - last);
+        self.is_heard = true;
+        self.catch_up(at);
+        let span = at - self.plant_at;
         if !self.robot.handle_frame(frame, span.as_secs_f64().max(0.0)) {
             return Happened::Frame;
         }
-        self.plant_at = Some(at);
+        (self.plant_at, self.begun_at) = (at, at);
+        self.tell_truth(at).or(Happened::Frame)
+    }
+
+    /// A period's time has passed without the SYNC that was due, or where none
+    /// ever is.
+    fn go_on_without(&mut self, now: Instant) -> Happened {
+        if self.has_sync() {
+            self.plant_at += self.period;
+            self.robot.go_without_sync(self.period.as_secs_f64());
+            return Happened::Nothing;
+        }
+        self.catch_up(now);
+        if !self.is_heard {
+            return Happened::Nothing;
+        }
+        self.robot.begin_period(0.0);
+        self.tell_truth(now)
+    }
+
+    /// Without SYNC, the plant is taken on to whatever happens.
+    fn catch_up(&mut self, at: Instant) {
+        if !self.has_sync() && at > self.plant_at {
+            self.robot.advance((at - self.plant_at).as_secs_f64());
+            self.plant_at = at;
+        }
+    }
+
+    fn has_sync(&self) -> bool {
+        self.robot.profile().has_sync()
+    }
+
+    /// Tells the truth at the beginning of a period, and whether the run is over.
+    fn tell_truth(&mut self, at: Instant) -> Happened {
         let tick = self.robot.ticks() - 1;
         let reference = self.route.at(tick, self.robot.path_began());
         let truth = truth(tick, self.robot.state(), &reference, self.robot.torque_applied_nm());
@@ -116,7 +160,7 @@ impl<'r, S: Sink> WallServer<'r, S> {
         if is_lost(&truth) {
             return Happened::Over(End::Diverged);
         }
-        if tick >= self.ticks { Happened::Over(End::Finished) } else { Happened::Frame }
+        if tick >= self.ticks { Happened::Over(End::Finished) } else { Happened::Nothing }
     }
 
     fn send(&mut self, now: Instant) -> Result<(), BusError> {
@@ -142,4 +186,11 @@ enum Happened {
     Frame,
     Nothing,
     Over(End),
+}
+
+impl Happened {
+    /// This, or else that.
+    fn or(self, other: Self) -> Self {
+        if matches!(self, Self::Nothing) { other } else { self }
+    }
 }

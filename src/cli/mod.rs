@@ -39,6 +39,7 @@ enum Command {
     #[command(after_help = "\
 Examples:
   canloop messages                      the drive that comes with the program
+  canloop messages odrive-0.6           another one that comes along
   canloop messages my-drive.toml        a profile of your own, checked while it is read")]
     Messages {
         /// Name of a built-in profile, or path of a profile ending in .toml

@@ -16,6 +16,7 @@ mod message;
 mod pattern;
 mod profile;
 mod profile_check;
+mod profile_codec;
 mod profile_reader;
 mod quantities;
 mod role_table;
