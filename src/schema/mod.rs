@@ -15,6 +15,7 @@ mod profile_check;
 mod profile_reader;
 mod roles;
 mod signal;
+mod slot;
 mod step_end;
 mod value_names;
 
