@@ -104,7 +104,11 @@ fn signals_that_cannot_serve_are_refused() {
     assert_dbc_refused("SG_ Position : 0|32@1- (1,0)", "SG_ Position : 0|32@1- (0.5,0)", &["`Position`", "48 bits"]);
     assert_dbc_refused("SG_ Counter : 20|4@1+", "SG_ Counter : 20|4@1-", &["`Counter`", "unsigned"]);
     assert_dbc_refused("SG_ Crc : 24|8@1+", "SG_ Crc : 24|7@1+", &["`Crc`", "8 bits that are a whole byte"]);
-    assert_dbc_refused("SG_ Crc : 24|8@1+", "SG_ Crc : 22|8@1+", &["`Crc`", "8 bits that are a whole byte"]);
+    let beside_a_byte = (
+        " SG_ Counter : 20|4@1+ (1,0) [0|15] \"\" RightDrive\n SG_ Crc : 24|8",
+        " SG_ Counter : 28|4@1+ (1,0) [0|15] \"\" RightDrive\n SG_ Crc : 20|8",
+    );
+    assert_dbc_refused(beside_a_byte.0, beside_a_byte.1, &["`Crc`", "8 bits that are a whole byte"]);
     assert_dbc_refused(
         "SG_ Torque : 0|16@1- (0.005,0) [-163.84|163.835]",
         "SG_ Torque : 0|16@1- (0.005,200) [0|0]",
@@ -139,7 +143,7 @@ fn a_message_without_a_crc_needs_no_crc() {
 #[test]
 fn a_bad_dbc_is_reported_in_the_dbc() {
     let problem = problem(TOML, &DBC.replace("BO_ 386", "BO_ 385"));
-    assert_eq!(problem.position().unwrap(), "drive.dbc:30:1", "{problem}");
+    assert_eq!(problem.position().unwrap(), "drive.dbc:30:5", "{problem}");
 }
 
 #[test]

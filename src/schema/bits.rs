@@ -102,6 +102,17 @@ impl Bits {
         self.len
     }
 
+    /// Where the window of eight bytes begins, how far right it moves, and as
+    /// many ones as there are bits. Of no use when [`Self::is_wide`].
+    pub const fn narrow_window(&self) -> (u32, u8, u64) {
+        (self.first as u32, self.shift as u8, self.mask)
+    }
+
+    /// Whether no eight bytes hold all of them.
+    pub const fn is_wide(&self) -> bool {
+        self.wide || self.len > 64
+    }
+
     /// How many bytes a message must have to hold all of them.
     pub const fn end(&self) -> usize {
         self.end

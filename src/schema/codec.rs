@@ -3,19 +3,19 @@
 //! but to tell what is wrong.
 
 use super::dbc::MessageLayout;
-use super::encoding::{EncodeError, Encoding, Value};
-use super::signal::{Raw, Signal};
+use super::encoding::{EncodeError, Encoding, Value, Within};
+use super::signal::Signal;
+use super::slot::{Head, Slot};
 use crate::config::nearest;
 use crate::frame::{Frame, FrameKind};
 
 /// What is worked out of a layout beforehand.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Plan {
+    /// One for each signal.
+    slots: Vec<Slot>,
     /// Indices of the signals, each after the switch that selects it.
     encode_order: Vec<usize>,
-    /// A payload of so many bytes carries every signal; `usize::MAX` where it
-    /// takes a closer look.
-    whole_from: usize,
 }
 
 /// Why a payload does not carry a signal.
@@ -36,12 +36,8 @@ impl MessageLayout {
         let depth = |index: usize| std::iter::successors(Some(index), |&at| self.switch_of(at)).count();
         let mut encode_order: Vec<usize> = (0..self.signals.len()).collect();
         encode_order.sort_by_key(|&index| depth(index));
-        let is_plain = |signal: &Signal| signal.selector.is_none() && !signal.is_wide();
-        let whole_from = match self.signals.iter().all(is_plain) {
-            true => self.signals.iter().map(Signal::end_byte).max().unwrap_or(0),
-            false => usize::MAX,
-        };
-        self.plan = Plan { encode_order, whole_from };
+        let slots = self.signals.iter().map(Slot::new).collect();
+        self.plan = Plan { slots, encode_order };
         self
     }
 
@@ -52,18 +48,14 @@ impl MessageLayout {
     /// it; of multiplexed signals, those that the switches select.
     #[inline]
     pub fn decode<'a>(&'a self, frame: &'a Frame) -> impl Iterator<Item = (&'a Signal, f64)> {
-        self.carried(frame).map(|(_, signal)| (signal, signal.decode(frame.storage())))
+        let len = if frame.kind == FrameKind::Remote { 0 } else { frame.len() };
+        self.decoded(frame.storage(), len)
     }
 
     /// As [`Self::decode`], of a payload of any length.
     #[inline]
     pub fn decode_payload<'a>(&'a self, payload: &'a [u8]) -> impl Iterator<Item = (&'a Signal, f64)> {
-        let is_whole = payload.len() >= self.plan.whole_from;
-        let carried = self
-            .signals
-            .iter()
-            .filter(move |signal| is_whole || self.absence_of(signal, payload, payload.len()).is_none());
-        carried.map(|signal| (signal, signal.decode(payload)))
+        self.decoded(payload, payload.len())
     }
 
     /// The signals that `frame` carries, in the order of the DBC, each with its
@@ -72,9 +64,9 @@ impl MessageLayout {
     pub fn carried<'a>(&'a self, frame: &'a Frame) -> impl Iterator<Item = (usize, &'a Signal)> {
         // A remote request has a length but no data.
         let (data, len) = (frame.storage(), if frame.kind == FrameKind::Remote { 0 } else { frame.len() });
-        let is_whole = len >= self.plan.whole_from;
-        let signals = self.signals.iter().enumerate();
-        signals.filter(move |(_, signal)| is_whole || self.absence_of(signal, data, len).is_none())
+        let all = self.signals.iter().zip(&self.plan.slots).enumerate();
+        all.filter(move |(_, (signal, slot))| slot.is_there(len) || self.absence_of(signal, data, len).is_none())
+            .map(|(index, (signal, _))| (index, signal))
     }
 
     /// Why `payload` does not carry `signal`, which is one of this message;
@@ -123,42 +115,62 @@ impl MessageLayout {
                 nearest: nearest(name, names).map(str::to_owned),
             });
         }
-        self.encode_each(payload, how, |signal| {
+        self.encode_each(payload, how, |_, signal| {
             let given = values.iter().find(|(name, _)| *name == signal.name || *name == signal.short_name);
             given.map(|(_, value)| *value)
         })
     }
 
     /// As [`Self::encode_payload`], with values from a function that is asked
-    /// for each signal once, switches first.
+    /// for each signal once, switches first, by its index and itself.
     #[inline]
     pub fn encode_each<'v>(
         &self,
         payload: &mut [u8],
         how: Encoding,
-        mut value_of: impl FnMut(&Signal) -> Option<Value<'v>>,
+        mut value_of: impl FnMut(usize, &Signal) -> Option<Value<'v>>,
     ) -> Result<(), EncodeError> {
         if payload.len() < self.len {
             return Err(self.no_room(payload.len()));
         }
         payload.fill(0);
-        let is_whole = payload.len() >= self.plan.whole_from;
+        let (is_plain, rounding) = (how.within == Within::Bits, how.rounding.before_cut());
+        // The first bytes stay in a register: through memory, every signal
+        // would have to wait for the one before it.
+        let mut head = Head::default();
         for &index in &self.plan.encode_order {
-            let signal = &self.signals[index];
-            let value = value_of(signal);
-            if !is_whole && let Some(absence) = self.absence(signal, payload) {
-                match value {
-                    Some(_) => return Err(self.no_place(signal, absence, payload)),
-                    None => continue,
+            let (signal, slot) = (&self.signals[index], &self.plan.slots[index]);
+            let value = value_of(index, signal);
+            if value.is_none() && slot.starts_at_zero {
+                continue;
+            }
+            if !slot.is_there(payload.len()) {
+                head.write(payload);
+                match (self.absence(signal, payload), value) {
+                    (None, _) => {}
+                    (Some(_), None) => continue,
+                    (Some(absence), Some(_)) => return Err(self.no_place(signal, absence, payload)),
                 }
             }
-            let raw = match value {
-                Some(value) => signal.quantise(value, how)?,
-                None => Raw::Real(signal.start_value.unwrap_or(0.0)),
-            };
-            signal.encode_raw(payload, raw);
+            match value {
+                Some(Value::Physical(physical)) if is_plain && slot.encode(&mut head, physical, rounding) => {}
+                value => {
+                    head.write(payload);
+                    signal.encode_with_care(payload, value, how)?;
+                    head = Head::read(payload);
+                }
+            }
         }
+        head.write(payload);
         Ok(())
+    }
+
+    /// Signals and values of the first `len` bytes of `data`.
+    #[inline]
+    fn decoded<'a>(&'a self, data: &'a [u8], len: usize) -> impl Iterator<Item = (&'a Signal, f64)> {
+        let all = self.signals.iter().zip(&self.plan.slots);
+        all.filter(move |(signal, slot)| slot.is_there(len) || self.absence_of(signal, data, len).is_none())
+            .map(|(signal, slot)| (signal, slot.decode(signal, data)))
     }
 
     #[inline]

@@ -3,7 +3,7 @@
 
 use thiserror::Error;
 
-use super::signal::{Raw, RawKind, Signal};
+use super::signal::{BELOW_HALF, Raw, RawKind, Signal};
 use crate::config::nearest;
 
 /// A value to be encoded.
@@ -157,6 +157,22 @@ impl Signal {
         }
     }
 
+    /// Writes a value of any sort, or what the signal starts with.
+    #[inline(never)]
+    pub(super) fn encode_with_care(
+        &self,
+        payload: &mut [u8],
+        value: Option<Value<'_>>,
+        how: Encoding,
+    ) -> Result<(), EncodeError> {
+        let raw = match value {
+            Some(value) => self.quantise(value, how)?,
+            None => Raw::Real(self.start_value.unwrap_or(0.0)),
+        };
+        self.encode_raw(payload, raw);
+        Ok(())
+    }
+
     /// Least and greatest raw value, as far as an `f64` can tell.
     fn raw_range(&self, within: Within) -> (f64, f64) {
         let unused = self.unused_bits();
@@ -220,6 +236,15 @@ impl Signal {
 }
 
 impl Rounding {
+    /// What makes it of a cut towards 0 when it is added to the amount.
+    #[inline]
+    pub(super) const fn before_cut(self) -> f64 {
+        match self {
+            Self::Nearest => BELOW_HALF,
+            Self::TowardsZero => 0.0,
+        }
+    }
+
     #[inline]
     fn apply(self, exact: f64) -> f64 {
         match self {

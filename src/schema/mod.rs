@@ -22,6 +22,7 @@ mod quantities;
 mod role_table;
 mod roles;
 mod signal;
+mod slot;
 mod step_end;
 mod units;
 

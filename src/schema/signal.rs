@@ -247,7 +247,8 @@ impl Raw {
         match self {
             Self::Unsigned(raw) => raw,
             Self::Signed(raw) => u64::try_from(raw).unwrap_or(0),
-            Self::Real(raw) => raw.round() as u64,
+            Self::Real(raw) if raw >= TWO_TO_THE_63 => raw as u64,
+            Self::Real(raw) => nearest_whole(raw).max(0) as u64,
         }
     }
 
@@ -257,13 +258,44 @@ impl Raw {
         match self {
             Self::Unsigned(raw) => i64::try_from(raw).unwrap_or(i64::MAX),
             Self::Signed(raw) => raw,
-            Self::Real(raw) => raw.round() as i64,
+            Self::Real(raw) => nearest_whole(raw),
         }
     }
+}
+
+/// What makes a cut towards 0 a rounding when it is added to the amount. 0.5
+/// itself would lift the number below 0.5 to 1; where this is too little, the
+/// sum is rounded up.
+pub(super) const BELOW_HALF: f64 = 0.5_f64.next_down();
+
+const TWO_TO_THE_63: f64 = 9_223_372_036_854_775_808.0;
+
+/// The nearest whole number, halves away from zero; 0 for NaN. As
+/// `f64::round`, which is a call into the system where the processor is not
+/// known to have an instruction for it.
+#[inline]
+const fn nearest_whole(number: f64) -> i64 {
+    (number + BELOW_HALF.copysign(number)) as i64
 }
 
 /// The nearest `f32`; a finite number stays finite.
 #[inline]
 fn to_f32(value: f64) -> f32 {
     if value.is_finite() { value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32 } else { value as f32 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_whole_number_is_that_of_round() {
+        for number in [0.0, 0.49999999999999994, 0.5, 1.5, 2.5, 4503599627370495.5, 4503599627370497.0, 1e18, 1e300] {
+            for number in [number, -number] {
+                assert_eq!(nearest_whole(number), number.round() as i64, "{number}");
+            }
+        }
+        assert_eq!(nearest_whole(f64::NAN), 0);
+        assert_eq!(nearest_whole(f64::INFINITY), i64::MAX);
+    }
 }

@@ -78,13 +78,11 @@ impl Dbc {
     /// Parses a DBC file. Refused is one that does not say what it means: a
     /// statement that cannot be read, a signal past its message's end, signals
     /// that overlap, an id or a name given twice. The problems name line and
-    /// column and come all together, with the warnings among them.
+    /// column and come all together; [`Self::check`] has warnings besides.
     pub fn parse(source: &Arc<Source>) -> Result<Self, Problems> {
-        let (dbc, problems) = Self::parse_leniently(source);
-        if problems.iter().any(|problem| problem.severity == Severity::Error) {
-            return Err(Problems(problems));
-        }
-        Ok(dbc)
+        let (dbc, mut problems) = Self::parse_leniently(source);
+        problems.retain(|problem| problem.severity == Severity::Error);
+        if problems.is_empty() { Ok(dbc) } else { Err(Problems(problems)) }
     }
 
     /// Takes from a DBC file whatever can be understood, and gives all that is
