@@ -14,7 +14,7 @@ use super::role_table::{Of, Role, RoleTable};
 use super::roles::{CommandRole, FaultRole, FeedbackRole, HeartbeatRole, SyncRole, WordRole};
 use super::units::{Motor, Nameplate};
 use crate::config::{Document, Problem, Problems, Reader, Source};
-use crate::frame::{CanId, Frame};
+use crate::frame::{CanId, Frame, FrameKind};
 use crate::time::Duration;
 use crate::wheels::{Wheel, Wheels};
 
