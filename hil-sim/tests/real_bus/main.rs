@@ -25,6 +25,11 @@ fn all_of_it_holds_on_the_kernels_virtual_bus() {
     run_where_there_is("with-vcan", "over_vcan");
 }
 
+#[test]
+fn all_of_it_holds_on_two_emulated_cards() {
+    run_where_there_is("with-can-card", "over_a_card");
+}
+
 /// Runs the ignored tests of this name through a script that gives them a
 /// kernel with CAN.
 fn run_where_there_is(script: &str, tests: &str) {
