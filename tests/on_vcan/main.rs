@@ -1,8 +1,8 @@
 //! The bus on a kernel's CAN interfaces.
 //!
 //! The tests need root and a kernel with CAN of their own: they make, take
-//! down and remove interfaces. They are marked as ignored, and the one test
-//! that is not runs them all in such a kernel.
+//! down and remove interfaces. They are marked as ignored, and the first two
+//! tests here run them all, in such a kernel and in one that has CAN cards.
 
 #![cfg(target_os = "linux")]
 
@@ -14,6 +14,7 @@ mod opening;
 mod outages;
 mod rig;
 mod states;
+mod two_cards;
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -24,16 +25,29 @@ use socketcan::{CanSocket, Socket as _};
 
 #[test]
 fn the_bus_holds_on_a_kernel_with_can() {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/with-vcan");
-    let ran = Command::new(&script)
-        .args(["--vm", "--"])
+    run_where_there_is(&["with-vcan", "--vm"], &["--skip", "two_cards"]);
+}
+
+#[test]
+fn the_bus_holds_on_two_emulated_cards() {
+    run_where_there_is(&["with-can-card"], &["two_cards"]);
+}
+
+/// Runs the ignored tests so chosen through a script that gives them a kernel
+/// with CAN.
+fn run_where_there_is(script: &[&str], tests: &[&str]) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts").join(script[0]);
+    let ran = Command::new(&path)
+        .args(&script[1..])
+        .arg("--")
         .arg(std::env::current_exe().unwrap())
         .args(["--ignored", "--test-threads", "1", "--color", "never"])
+        .args(tests)
         .env("CANLOOP_VM_TIMEOUT_S", "120")
         .env(rig::PYTHON, python())
         .stdin(Stdio::null())
         .output()
-        .unwrap_or_else(|error| panic!("{}: {error}", script.display()));
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let told = String::from_utf8_lossy(&ran.stdout);
     let errors = String::from_utf8_lossy(&ran.stderr);
     assert!(ran.status.success(), "{}\n{told}\n{errors}", ran.status);

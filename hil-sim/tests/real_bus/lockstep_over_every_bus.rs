@@ -47,5 +47,5 @@ fn over_vcan() {
 #[test]
 #[ignore = "needs can0 and can1 on one bus"]
 fn over_a_card() {
-    assert_same_frames(&Bench::between("can1".to_owned(), "can0".to_owned()));
+    assert_same_frames(&Bench::over_two_cards());
 }

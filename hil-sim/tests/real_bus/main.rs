@@ -26,6 +26,6 @@ fn all_of_it_holds_on_the_kernels_virtual_bus() {
 }
 
 #[test]
-fn the_same_frames_cross_between_two_cards() {
+fn all_of_it_holds_on_two_emulated_cards() {
     run_where_there_is("with-can-card", "over_a_card");
 }

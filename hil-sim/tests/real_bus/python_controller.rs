@@ -27,3 +27,9 @@ fn over_tcp() {
 fn over_vcan() {
     assert_it_drives(&Bench::over_vcan());
 }
+
+#[test]
+#[ignore = "needs can0 and can1 on one bus"]
+fn over_a_card() {
+    assert_it_drives(&Bench::over_two_cards());
+}

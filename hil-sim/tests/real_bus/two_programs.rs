@@ -48,6 +48,11 @@ impl Bench {
         Self::between("vcan0".to_owned(), "vcan0".to_owned())
     }
 
+    /// Two cards on one bus.
+    pub fn over_two_cards() -> Self {
+        Self::between("can1".to_owned(), "can0".to_owned())
+    }
+
     /// A bus whose ends have these addresses.
     pub fn between(serve_bus: String, drive_bus: String) -> Self {
         Self { rig: Rig::new(), scenario: "dac-friction", serve_bus, drive_bus }
