@@ -43,7 +43,7 @@ fn run_where_there_is(script: &[&str], tests: &[&str]) {
         .arg(std::env::current_exe().unwrap())
         .args(["--ignored", "--test-threads", "1", "--color", "never"])
         .args(tests)
-        .env("CANLOOP_VM_TIMEOUT_S", "120")
+        .env("CANLOOP_VM_TIMEOUT_S", "900")
         .env(rig::PYTHON, python())
         .stdin(Stdio::null())
         .output()

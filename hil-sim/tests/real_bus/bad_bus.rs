@@ -67,6 +67,14 @@ fn an_interface_that_does_not_exist_is_refused_over_vcan() {
 }
 
 #[test]
+#[ignore = "needs can0 at 500 kbit/s"]
+fn an_interface_with_another_bit_rate_is_refused_with_both_over_a_card() {
+    let slower = ["--bus", "can0", "--set", "bus.bitrate_bit_s=250000"];
+    serve_is_refused(&[["dac-friction"].as_slice(), &slower].concat(), &["can0", "500000", "250000"]);
+    drive_is_refused(&slower, &["can0", "500000", "250000"]);
+}
+
+#[test]
 fn a_server_that_is_not_there_is_refused() {
     let port = free_port();
     both_are_refused(&format!("tcp://127.0.0.1:{port}/can0"), &["127.0.0.1", &port.to_string(), "hil-sim serve"]);
