@@ -40,6 +40,7 @@ fn every_profile_that_ships_has_a_row_here() {
         })
         .collect();
     let mut shipped: Vec<String> = canloop::schema::Profile::builtin_names().map(str::to_owned).collect();
-    (driven.sort(), shipped.sort());
+    driven.sort();
+    shipped.sort();
     assert_eq!(driven, shipped);
 }

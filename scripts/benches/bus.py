@@ -42,7 +42,7 @@ def bare_round_trip_us():
 
 def patient_profile(folder):
     """Drives that wait for their commands as long as it takes."""
-    text = (common.ROOT / "dbc/wheel_drive.toml").read_text().replace("timeout_periods = 4", "timeout_periods = 1000")
+    text = (common.ROOT / "dbc/wheel_drive.toml").read_text().replace("\nperiods = 4", "\nperiods = 1000")
     path = pathlib.Path(folder) / "patient.toml"
     path.write_text(text)
     (path.parent / "wheel_drive.dbc").write_text((common.ROOT / "dbc/wheel_drive.dbc").read_text())

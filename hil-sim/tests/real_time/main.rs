@@ -37,7 +37,7 @@ const PATIENT: [&str; 4] = ["--set", "safety.overrun_periods=200", "--set", "saf
 fn patient_profile(bench: &Bench) -> [String; 2] {
     let dbc = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../dbc");
     let text = std::fs::read_to_string(dbc.join("wheel_drive.toml")).expect("the shipped profile");
-    let patient = text.replace("timeout_periods = 4", "timeout_periods = 200");
+    let patient = text.replace("\nperiods = 4", "\nperiods = 200");
     assert_ne!(text, patient);
     bench.rig.write("patient.toml", &patient);
     std::fs::copy(dbc.join("wheel_drive.dbc"), bench.rig.path("wheel_drive.dbc")).expect("the folder is writable");
