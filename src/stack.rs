@@ -22,7 +22,7 @@ use crate::frame::Frame;
 use crate::odometry::Odometry;
 use crate::safety::{Gate, Reason, State};
 use crate::schema::{
-    Acts, Asks, DecodeError, DriveState, FaultCode, Feedback, Heartbeat, Message, Profile, Request, StateId,
+    Acts, Applied, Asks, DecodeError, DriveState, FaultCode, Feedback, Heartbeat, Message, Profile, Request, StateId,
 };
 use crate::time::{Duration, Instant};
 use crate::wheels::{Wheel, Wheels};
@@ -41,6 +41,8 @@ pub use config::{DriveConfig, RobotFile, StackConfig};
 pub struct Stack {
     period: Duration,
     profile: Profile,
+    /// Whether the torque applied is made from what was asked for.
+    believes_commands: bool,
     controller: Controller,
     odometry: Odometry,
     gate: Gate,
@@ -105,6 +107,7 @@ impl Stack {
         let controller = &config.controller;
         Self {
             period: config.period,
+            believes_commands: Wheel::BOTH.iter().any(|&wheel| believes_commands(&config.profile, wheel)),
             profile: config.profile.clone(),
             controller: controller.build(Sampling::OverBus),
             odometry: Odometry::new(controller.belief, estimators(config), config.start),
@@ -267,12 +270,8 @@ impl Stack {
         }
         self.take_state(wheel, feedback.state, feedback.fault);
         self.drives[wheel].sampled_at = Some(if self.profile.asks == Asks::Nothing { at } else { self.sync_at });
-        if let (true, Some(right), Some(left)) = (
-            self.awaiting_feedback,
-            self.drives.right.complete(&self.profile),
-            self.drives.left.complete(&self.profile),
-        ) {
-            self.answer(Wheels { right, left });
+        if self.awaiting_feedback && self.drives.all(|drive| drive.is_complete(&self.profile)) {
+            self.answer(self.drives.map(|drive| drive.sample));
         }
     }
 
@@ -438,4 +437,9 @@ fn estimators(config: &StackConfig) -> Wheels<Estimator> {
         let speed_step_rad_s = profile.speed_resolution_rad_s(wheel);
         Estimator::new(profile.position_scale(wheel), speed_step_rad_s, config.period.as_secs_f64())
     })
+}
+
+/// Whether this wheel's drive does not say well what torque it applied.
+fn believes_commands(profile: &Profile, wheel: Wheel) -> bool {
+    profile.applied_torque(wheel).is_none() || profile.applied == Applied::Coarse
 }

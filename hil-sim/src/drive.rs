@@ -133,7 +133,7 @@ impl Drive {
         }
         let (mean_nm, torque) = self.memory.torque.elapse(span_s);
         self.memory.torque = torque;
-        self.memory.last_nm = torque.at(0.0);
+        self.memory.last_nm = torque.now_nm();
         let (so_far_nm, so_far_s) = self.memory.mean;
         let whole_s = so_far_s + span_s;
         let joined_nm = if so_far_s > 0.0 { (so_far_nm * so_far_s + mean_nm * span_s) / whole_s } else { mean_nm };
@@ -295,7 +295,7 @@ impl Drive {
     /// The current loop turns the old torque into the new one, with its lag.
     fn put_into_force(&mut self) {
         let Some(command) = self.memory.pending.take().filter(|_| self.state() == DriveState::Enabled) else { return };
-        let now_nm = self.memory.torque.at(0.0);
+        let now_nm = self.memory.torque.now_nm();
         let wanted_nm = self.quantised(command.torque_nm);
         self.memory.torque = if self.spec.current_loop_s > 0.0 {
             Torque { final_nm: wanted_nm, excess_nm: now_nm - wanted_nm, time_constant_s: self.spec.current_loop_s }

@@ -88,8 +88,8 @@ impl VirtualRobot {
         if begins {
             self.begin_period(span_s);
         }
-        if self.profile.is_at_beginning(&message) {
-            self.awaited = self.awaited.saturating_sub(1);
+        if self.awaited > 0 && self.profile.is_at_beginning(&message) {
+            self.awaited -= 1;
         }
         self.take(message);
         if let Some(other) = self.profile.decode_other(frame) {

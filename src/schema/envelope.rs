@@ -84,11 +84,9 @@ impl Checksum {
     fn of(&self, frame: &Frame) -> u8 {
         let crc = &self.rule.crc;
         let (before, rest) = frame.payload().split_at(self.byte);
-        let after = &rest[1..];
-        crc.finish(if self.rule.is_reversed {
-            crc.update_reversed(crc.update_reversed(self.seed, after), before)
-        } else {
-            crc.update(crc.update(self.seed, before), after)
-        })
+        if self.rule.is_reversed {
+            return crc.finish(crc.update_reversed(crc.update_reversed(self.seed, &rest[1..]), before));
+        }
+        crc.finish(crc.update(crc.update(self.seed, before), &rest[1..]))
     }
 }

@@ -128,7 +128,8 @@ impl<'r> Linker<'r> {
             return None;
         }
         let choices = items.into_iter().map(|item| self.masked(section, key, message, signal, item));
-        choices.collect::<Option<Vec<Masked>>>().map(|choices| Pattern { choices })
+        let mut choices = choices.collect::<Option<Vec<Masked>>>()?.into_iter();
+        Some(Pattern { first: choices.next()?, others: choices.collect() })
     }
 
     fn masked(

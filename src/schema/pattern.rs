@@ -5,8 +5,9 @@ use super::signal::Signal;
 /// A few values, any of which will do; the first is the one to write.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Pattern {
-    /// At least one.
-    pub choices: Vec<Masked>,
+    /// The one to write.
+    pub first: Masked,
+    pub others: Vec<Masked>,
 }
 
 /// The bits of a signal that count, and what they are.
@@ -27,15 +28,22 @@ impl Pattern {
     /// Whether the bits of a signal fit.
     #[inline]
     pub fn fits(&self, bits: u64) -> bool {
-        self.choices.iter().any(|masked| bits & masked.mask == masked.value)
+        self.first.fits(bits) || self.others.iter().any(|masked| masked.fits(bits))
     }
 
     /// Writes the bits that count and leaves the others alone.
     #[inline]
     pub fn write(&self, signal: &Signal, data: &mut [u8; 64]) {
-        let Masked { mask, value } = self.choices[0];
+        let Masked { mask, value } = self.first;
         let kept = signal.decode_bits(data) & !mask;
         signal.encode_bits(data, kept | value);
+    }
+}
+
+impl Masked {
+    #[inline]
+    const fn fits(self, bits: u64) -> bool {
+        bits & self.mask == self.value
     }
 }
 

@@ -20,6 +20,20 @@ impl Profile {
     pub fn encode(&self, message: &Message) -> Frame {
         match message {
             Message::Sync { counter } => self.sync.as_ref().expect(NAMED).encode(*counter),
+            Message::Command(wheel, command) => {
+                let role = &self.command.wheels[*wheel];
+                role.envelope.seal(|data| role.write(data, command))
+            }
+            Message::Feedback(wheel, feedback) => {
+                let role = &self.feedback[usize::from(feedback.part)].wheels[*wheel];
+                role.envelope.seal(|data| role.write(data, feedback))
+            }
+            _ => self.encode_rare(message),
+        }
+    }
+
+    fn encode_rare(&self, message: &Message) -> Frame {
+        match message {
             Message::Poll(wheel, part) => self.feedback[usize::from(*part)].wheels[*wheel].envelope.request(),
             Message::Word(wheel, word) => {
                 let role = self.words[*wheel].iter().find(|role| role.word == *word);
@@ -41,18 +55,29 @@ impl Profile {
     /// both share it. Allocates nothing.
     #[inline]
     pub fn decode(&self, frame: &Frame) -> Result<Message, DecodeError> {
-        match self.roles.get(frame.id).ok_or(DecodeError::UnknownId)? {
-            (role, Of::One(wheel)) => self.read(role, wheel, frame),
-            (role, Of::Both) => self
-                .read(role, Wheel::Right, frame)
-                .or_else(|error| self.read(role, Wheel::Left, frame).map_err(|_| error)),
+        let (role, of) = self.roles.get(frame.id).ok_or(DecodeError::UnknownId)?;
+        match of {
+            Of::One(wheel) => self.read(role, wheel, frame),
+            Of::Both if role == Role::Sync => self.read(role, Wheel::Right, frame),
+            Of::Both => self.read_shared(role, frame),
         }
+    }
+
+    #[inline(never)]
+    fn read_shared(&self, role: Role, frame: &Frame) -> Result<Message, DecodeError> {
+        let right = self.read(role, Wheel::Right, frame);
+        right.or_else(|error| self.read(role, Wheel::Left, frame).map_err(|_| error))
     }
 
     /// What a frame that both wheels share says to or of the left wheel, beside
     /// what [`Self::decode`] gives.
     #[inline]
     pub fn decode_other(&self, frame: &Frame) -> Option<Message> {
+        if self.roles.has_shared() { self.read_other(frame) } else { None }
+    }
+
+    #[inline(never)]
+    fn read_other(&self, frame: &Frame) -> Option<Message> {
         match self.roles.get(frame.id)? {
             (Role::Sync, _) | (_, Of::One(_)) => None,
             (role, Of::Both) => {

@@ -325,7 +325,7 @@ impl<'r> ProfileReader<'r> {
             "a whole number of at most 48 bits or a floating-point one"
         };
         self.linker.unless(!sound, section, "position", &signal, expected)?;
-        Some(Position { signal, unit, side, units_per_count: 1.0, scale: PositionScale::default() })
+        Some(Position { signal, unit, side, units_per_count: 1.0, is_count: false, scale: PositionScale::default() })
     }
 
     fn speed(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Speed> {

@@ -57,6 +57,8 @@ pub(super) struct Position {
     pub unit: PositionUnit,
     pub side: Side,
     pub units_per_count: f64,
+    /// Whether it is the encoder's count itself.
+    pub is_count: bool,
     pub scale: PositionScale,
 }
 
@@ -138,6 +140,7 @@ impl Position {
         self.units_per_count = motor.positions_per_count(self.unit, self.side);
         let signal = &self.signal;
         let is_whole = !signal.is_float();
+        self.is_count = signal.is_integer() && self.units_per_count == 1.0;
         let step = if is_whole { signal.factor.abs() } else { 0.0 };
         self.scale = PositionScale {
             rad_per_unit: motor.position_rad(self.unit, self.side),
@@ -150,7 +153,9 @@ impl Position {
     /// its width.
     #[inline]
     pub fn encode(&self, data: &mut [u8], position: f64) {
-        if self.signal.is_float() {
+        if self.is_count {
+            self.signal.encode_bits(data, position as i64 as u64);
+        } else if self.signal.is_float() {
             self.signal.encode(data, position);
         } else {
             let steps = ((position - self.signal.offset) / self.signal.factor).floor();

@@ -27,11 +27,13 @@ pub(super) struct RoleTable {
     /// One for each of the 2048 standard ids.
     standard: Vec<Option<(Role, Of)>>,
     extended: Vec<(u32, (Role, Of))>,
+    /// Whether a message besides SYNC is both wheels'.
+    has_shared: bool,
 }
 
 impl RoleTable {
     pub fn new() -> Self {
-        Self { standard: vec![None; 1 << 11], extended: Vec::new() }
+        Self { standard: vec![None; 1 << 11], extended: Vec::new(), has_shared: false }
     }
 
     /// Gives `id` a role; false when it has another already. Words may share
@@ -40,11 +42,17 @@ impl RoleTable {
         if let Some((taken, by)) = self.get(id) {
             return role == Role::Word && by == of && matches!(taken, Role::Word | Role::Command);
         }
+        self.has_shared |= of == Of::Both && role != Role::Sync;
         match id {
             CanId::Standard(id) => self.standard[usize::from(id)] = Some((role, of)),
             CanId::Extended(id) => self.extended.push((id, (role, of))),
         }
         true
+    }
+
+    #[inline]
+    pub const fn has_shared(&self) -> bool {
+        self.has_shared
     }
 
     #[inline]

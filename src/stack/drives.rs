@@ -9,7 +9,7 @@ use crate::time::Instant;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DriveView {
     /// What has come of this period's feedback.
-    sample: Sample,
+    pub sample: Sample,
     /// The parts that have come, a bit each.
     came: u8,
     /// The last state it reported.
@@ -42,11 +42,11 @@ impl DriveView {
         Self { sample, came: 0, state: None, sampled_at: None, owed: 0, own_count: None }
     }
 
-    /// The same drive in the next period; if it `was_asked` in the one before
-    /// and did not answer, it owes that.
-    pub fn begin_period(self, was_asked: bool) -> Self {
-        let unanswered = u32::from(was_asked && self.came == 0);
-        Self { came: 0, owed: self.owed.saturating_add(unanswered), ..self }
+    /// Another period begins; if it `was_asked` in the one before and did not
+    /// answer, it owes that.
+    pub fn begin_period(&mut self, was_asked: bool) {
+        self.owed = self.owed.saturating_add(u32::from(was_asked && self.came == 0));
+        self.came = 0;
     }
 
     /// The same drive, which is taken to be in this state.
@@ -78,11 +78,10 @@ impl DriveView {
         Verdict::Fresh
     }
 
-    /// Everything that it has to say of this period, if that has come.
+    /// Whether everything has come that it has to say of this period.
     #[inline]
-    pub fn complete(&self, profile: &Profile) -> Option<Sample> {
-        let all = u8::MAX >> (8 - profile.parts());
-        (self.came == all).then_some(self.sample)
+    pub fn is_complete(&self, profile: &Profile) -> bool {
+        self.came == u8::MAX >> (8 - profile.parts())
     }
 
     fn counts(&self, found: Option<u8>, expected: Option<u8>) -> bool {

@@ -13,7 +13,8 @@ impl Stack {
     /// Makes the drives answer; what waited for that goes first, or right
     /// after the SYNC.
     pub(super) fn begin_period(&mut self) {
-        self.drives = self.drives.map(|drive| drive.begin_period(self.ticks > 0));
+        self.drives.right.begin_period(self.ticks > 0);
+        self.drives.left.begin_period(self.ticks > 0);
         self.send_sync();
         if self.profile.acts == Acts::OnArrival {
             let is_running = self.gate.state() == State::Running;
@@ -41,6 +42,9 @@ impl Stack {
     /// be the one that they were asked for, as the frame could say it; where
     /// they report it coarsely, within a step of what they report.
     pub(super) fn with_torque(&self, samples: Wheels<Sample>) -> Wheels<Sample> {
+        if !self.believes_commands {
+            return samples;
+        }
         let mut samples = samples;
         for wheel in Wheel::BOTH {
             let reported_nm = samples[wheel].torque_nm;

@@ -49,7 +49,7 @@ impl Torque {
     }
 
     /// The torque at this moment, N m: `at(0.0)`, without the exponential.
-    pub(super) fn now_nm(&self) -> f64 {
+    pub fn now_nm(&self) -> f64 {
         if self.is_constant() { self.final_nm } else { self.final_nm + self.excess_nm }
     }
 
