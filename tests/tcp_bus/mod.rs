@@ -32,10 +32,14 @@ impl RunningHub {
         let stopped = Arc::clone(&stop);
         let thread = std::thread::spawn(move || {
             let (clock, mut heard) = (Clock::new(), Vec::new());
-            while !stopped.load(Ordering::Relaxed) {
+            loop {
+                // Looked at before the hub is: clients may hear a frame before its owner does,
+                // and what came before the end counts.
+                let is_last = stopped.load(Ordering::Acquire);
                 match hub.receive(clock.now() + Duration::from_millis(10)).expect("the hub serves") {
                     Some((_, Arrival::Frame(frame))) => heard.push(frame),
                     Some((_, other)) => panic!("the hub brought {other:?}"),
+                    None if is_last => break,
                     None => {}
                 }
             }
@@ -50,7 +54,7 @@ impl RunningHub {
 
     /// Ends the hub; its counts and what its owner heard.
     pub fn stop(self) -> (HubCounts, Vec<Frame>) {
-        self.stop.store(true, Ordering::Relaxed);
+        self.stop.store(true, Ordering::Release);
         self.thread.join().expect("the hub did not panic")
     }
 }
