@@ -3,12 +3,12 @@ generates, and cantools itself: rows of scripts/bench."""
 
 import os
 import pathlib
-import statistics
 import subprocess
-import sys
+
+from benches import common
 
 HERE = pathlib.Path(__file__).resolve().parent
-ROOT = HERE.parent.parent
+ROOT = common.ROOT
 OURS, C, CODEGEN, CANTOOLS = "canloop", "generated C", "dbc-codegen", "cantools"
 SECONDS = "0.3"
 # Work, and who does it. dbc-codegen has another shape of multiplexed messages.
@@ -49,20 +49,20 @@ def measure(command, turns):
         for name, who in rates:
             run = subprocess.run(command(who, WORKS[name][0]), check=True, capture_output=True, text=True)
             rates[name, who].append(float(run.stdout))
-        if sys.stderr.isatty():
-            print(f"\rcodec, turn {turn + 1} of {turns}", end="", file=sys.stderr)
+        common.progress(f"codec: turn {turn + 1} of {turns}")
+    common.progress("")
     return rates
 
 
 def report(rates):
     print("\nwhole messages on one core, million frames a second: 5 signals, or 3 or 4 of 6 multiplexed ones\n")
-    print(f"{'':<22} {'':<12} {'median':>9} {'least':>9} {'most':>9} {'canloop is':>11} {'aim':>6}")
+    print(f"{'':<22} {'':<12} {'median':>10} {'least':>10} {'most':>10} {'canloop is':>11} {'aim':>6}")
     for name, (_, peers) in WORKS.items():
         for who in peers:
             numbers = rates[name, who]
-            row = f"{statistics.median(numbers):>9.3f} {min(numbers):>9.3f} {max(numbers):>9.3f}"
+            row = common.spread(numbers)
             if who != OURS:
-                ratio = statistics.median(a / b for a, b in zip(rates[name, OURS], numbers))
+                ratio = common.ratio(rates[name, OURS], numbers)
                 aim = f"{AIMS[who]:>5g}x" if who in AIMS else ""
                 row += f" {ratio:>10.2f}x {aim:>6}"
             print(f"{name if who == OURS else '':<22} {who:<12} {row}")

@@ -77,10 +77,13 @@ fn open_interface(name: &str, _: &OpenOptions, _: Clock) -> Result<Box<dyn Bus +
         .help("use tcp://HOST:PORT/NAME with a socketcand server"))
 }
 
-/// Reads `bitrate_bit_s` of a `[bus]` section, the nominal bit rate: 500 kbit/s
-/// unless given.
+/// The nominal bit rate where nothing says another, bit/s.
+pub const USUAL_BIT_RATE_BIT_S: u32 = 500_000;
+
+/// Reads `bitrate_bit_s` of a `[bus]` section, the nominal bit rate, or else the
+/// usual one.
 pub fn read_bit_rate(bus: &Section<'_>) -> u32 {
-    bus.integer_or("bitrate_bit_s", 500_000, 10_000, 1_000_000) as u32
+    bus.integer_or("bitrate_bit_s", i64::from(USUAL_BIT_RATE_BIT_S), 10_000, 1_000_000) as u32
 }
 
 /// What the kernel takes for the name of an interface (`dev_valid_name`).

@@ -15,7 +15,7 @@ mod worst_case;
 
 use std::fmt;
 
-pub use address::{Address, OpenOptions, open, read_bit_rate};
+pub use address::{Address, OpenOptions, USUAL_BIT_RATE_BIT_S, open, read_bit_rate};
 #[cfg(target_os = "linux")]
 pub use can_link::{CanLink, LinkError};
 pub use frame_bits::{data_phase_bits, frame_bits};

@@ -9,6 +9,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::bus::USUAL_BIT_RATE_BIT_S;
 use crate::config::{Document, Problem, Problems, Reader, Source, read_text};
 use crate::schema::{Dbc, Profile};
 use crate::stack::StackConfig;
@@ -36,8 +37,6 @@ const PROFILE_KEYS: [&str; 3] = ["dbc", "wheels", "feedback"];
 const ROBOT_KEYS: [&str; 8] = ["base", "robot", "controller", "drive", "path", "period_s", "safety", "expect"];
 /// Keys that only a scenario has.
 const SCENARIO_KEYS: [&str; 3] = ["duration_s", "expect", "seed"];
-/// The bit rate of a scenario that does not say, as hil-sim has it.
-const SCENARIO_BITRATE_BIT_S: u32 = 500_000;
 
 impl Checker<'_> {
     /// Looks through all of `paths`, in order.
@@ -103,7 +102,7 @@ impl Checker<'_> {
     }
 
     fn bus_load(&self, document: &Document, stack: &StackConfig) -> Option<Problem> {
-        let of_scenario = SCENARIO_KEYS.iter().any(|key| document.has(key)).then_some(SCENARIO_BITRATE_BIT_S);
+        let of_scenario = SCENARIO_KEYS.iter().any(|key| document.has(key)).then_some(USUAL_BIT_RATE_BIT_S);
         let bus = BusKeys::of(document);
         let bitrate_bit_s = self.bitrate_bit_s.or(bus.bitrate_bit_s).or(of_scenario)?;
         if bus.is_ideal { None } else { bus_load::of_stack(document, stack, bitrate_bit_s) }

@@ -59,8 +59,13 @@ impl Report {
         }
     }
 
-    /// A JSON object a finding, one a line.
-    pub fn json_lines(&self) -> String {
+    /// All of it for people, or as JSON for editors: an object a finding, one a
+    /// line, and nothing where nothing was found.
+    pub fn text(&self, as_json: bool) -> String {
+        if as_json { self.json_lines() } else { format!("{self}\n") }
+    }
+
+    fn json_lines(&self) -> String {
         let lines = self.problems().map(|problem| {
             serde_json::to_string(&finding(problem)).expect("strings and numbers can be written as JSON") + "\n"
         });

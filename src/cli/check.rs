@@ -38,9 +38,6 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode, Problems> {
     let robot = |path: &str| RobotFile::load(path, &[]).map(|robot| robot.stack);
     let report = Checker { bitrate_bit_s: args.bitrate, shipped: &[], robot }.check_all(&args.files);
-    let text = if args.json { report.json_lines() } else { report.to_string() };
-    if !text.is_empty() {
-        say(text.trim_end());
-    }
+    report.text(args.json).lines().for_each(say);
     Ok(ExitCode::from(report.exit_status()))
 }

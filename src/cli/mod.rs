@@ -12,8 +12,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::config::Problems;
+use crate::config::{Problem, Problems};
 use crate::schema::Profile;
+use crate::time::Duration;
 
 /// The input was bad, or the bus or the log could not be had.
 const BAD_INPUT: u8 = 2;
@@ -66,6 +67,17 @@ pub fn main() -> ExitCode {
 fn messages(profile: &str) -> Result<ExitCode, Problems> {
     say(Profile::load(profile)?.dbc.markdown_table().trim_end());
     Ok(ExitCode::SUCCESS)
+}
+
+/// The time that an option gives, from a millisecond to a day.
+///
+/// # Errors
+/// Any other number, with the option's name.
+pub fn seconds(option: &str, seconds: f64) -> Result<Duration, Problem> {
+    if (0.001..=86_400.0).contains(&seconds) {
+        return Ok(Duration::from_secs_f64(seconds));
+    }
+    Err(Problem::bare(format!("{option} will not do: found {seconds}, expected 0.001 to 86400")))
 }
 
 /// Prints a line, unless nobody reads any more.

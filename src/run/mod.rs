@@ -15,7 +15,7 @@ mod tap;
 pub use clock::Clock;
 pub use ended::{BusCounts, End, Ended};
 pub use lockstep::LockStep;
-pub use priority::{Priority, raise};
+pub use priority::{DEGRADED, Degraded, raise};
 pub use punctuality::{LoopFigures, Punctuality, Spread};
 pub use realtime::RealTime;
 pub use tap::{Drain, Tap, tap};

@@ -4,29 +4,40 @@
 
 use rustix::mm::{MlockAllFlags, mlockall};
 
-/// What was asked for and what came of it: a refusal with the command that
-/// would allow it.
+use crate::event::Notice;
+
+/// Something that the machine does not allow a loop.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Priority {
-    /// Why the loop has no real-time priority, if it has none.
-    pub scheduling: Result<(), String>,
-    /// Why its memory may be swapped out, if it may.
-    pub memory: Result<(), String>,
+pub struct Degraded {
+    /// What that means for the loop, of the kind [`DEGRADED`].
+    pub notice: Notice,
+    /// What was refused, and the command that would allow it.
+    pub refusal: String,
 }
+
+/// The kind of notice that the machine does not allow the loop something.
+pub const DEGRADED: &str = "degraded";
 
 /// Above everything ordinary, below the kernel's threads for interrupts, which
 /// are at 50: at the top, a loop that goes wrong starves what would stop it.
 pub(super) const FIFO_PRIORITY: i32 = 40;
 
-/// Asks for the calling thread: SCHED_FIFO and locked memory.
-pub fn raise() -> Priority {
-    Priority {
-        scheduling: fifo().map_err(|error| {
-            format!("no SCHED_FIFO: {error} (allow it with: ulimit -r {FIFO_PRIORITY}, or CAP_SYS_NICE)")
-        }),
-        memory: mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)
-            .map_err(|error| format!("memory is not locked: {error} (allow it with: ulimit -l unlimited)")),
-    }
+/// Asks for the calling thread: SCHED_FIFO and locked memory. Tells what was
+/// refused.
+pub fn raise() -> Vec<Degraded> {
+    let scheduling = fifo().err().map(|error| Degraded {
+        notice: degraded("the loop has no real-time priority: ordinary programs delay it"),
+        refusal: format!("no SCHED_FIFO: {error} (allow it with: ulimit -r {FIFO_PRIORITY}, or CAP_SYS_NICE)"),
+    });
+    let memory = mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).err().map(|error| Degraded {
+        notice: degraded("the loop's memory is not locked: it may be swapped out"),
+        refusal: format!("memory is not locked: {error} (allow it with: ulimit -l unlimited)"),
+    });
+    scheduling.into_iter().chain(memory).collect()
+}
+
+const fn degraded(text: &'static str) -> Notice {
+    Notice { kind: DEGRADED, text }
 }
 
 #[allow(unsafe_code, reason = "no safe crate in the tree sets a scheduling class")]

@@ -6,12 +6,13 @@ use std::sync::Arc;
 use super::checksum::Crc8;
 use super::conversation_reader::ConversationReader;
 use super::dbc::Dbc;
+use super::encoding::Rounding;
 use super::envelope::CrcRule;
 use super::linker::{Linked, Linker, NODE};
 use super::message::FaultCode;
 use super::pattern::Field;
 use super::profile::{Acts, Addressing, Applied, Asks, Profile, Shared};
-use super::quantities::{Position, PositionScale, Rounding, Speed, Torque, TorqueScale};
+use super::quantities::{Position, PositionScale, Speed, Torque, TorqueScale};
 use super::role_table::{Role, RoleTable};
 use super::roles::{CommandRole, FaultRole, FeedbackRole, HeartbeatRole, SyncRole, WordRole};
 use super::units::{Motor, Nameplate, POSITION_UNITS, SIDES, SPEED_UNITS, TORQUE_UNITS};
@@ -42,7 +43,7 @@ const ACTS: [(&str, Acts); 2] = [("at sync", Acts::AtSync), ("on arrival", Acts:
 const APPLIED: [(&str, Applied); 3] =
     [("the last", Applied::TheLast), ("the mean", Applied::TheMean), ("coarse", Applied::Coarse)];
 
-const ROUNDINGS: [(&str, Rounding); 2] = [("nearest", Rounding::Nearest), ("truncate", Rounding::Truncate)];
+const ROUNDINGS: [(&str, Rounding); 2] = [("nearest", Rounding::Nearest), ("truncate", Rounding::TowardsZero)];
 
 const SYNC_KEYS: [&str; 3] = ["message", "counter", "crc"];
 const COMMAND_KEYS: [&str; 10] =

@@ -2,20 +2,11 @@
 
 use super::conversation::StateId;
 use super::decode_error::DecodeError;
+use super::encoding::Rounding;
 use super::message::{DriveState, FaultCode};
 use super::pattern::Pattern;
 use super::signal::{Raw, Signal};
 use super::units::{Motor, PositionUnit, Side, SpeedUnit, TorqueUnit};
-
-/// What becomes of a number between two steps of its signal.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Rounding {
-    /// The nearer of the two.
-    #[default]
-    Nearest,
-    /// The one towards raw zero, as a cast in C does.
-    Truncate,
-}
 
 /// The torques that a signal can express.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -103,7 +94,7 @@ impl Torque {
     pub fn encode(&self, data: &mut [u8], torque_nm: f64) {
         let torque_nm = if torque_nm.is_nan() { 0.0 } else { torque_nm };
         let kept_nm = torque_nm.clamp(self.scale.minimum_nm, self.scale.maximum_nm);
-        self.rounding.encode(&self.signal, data, kept_nm / self.nm_per_unit);
+        encode_rounded(&self.signal, self.rounding, data, kept_nm / self.nm_per_unit);
     }
 
     #[inline]
@@ -177,7 +168,7 @@ impl Speed {
     }
 
     pub fn encode(&self, data: &mut [u8], speed_rad_s: f64) {
-        self.rounding.encode(&self.signal, data, speed_rad_s / self.rad_s_per_unit);
+        encode_rounded(&self.signal, self.rounding, data, speed_rad_s / self.rad_s_per_unit);
     }
 
     pub fn decode(&self, data: &[u8; 64]) -> Result<f64, DecodeError> {
@@ -191,16 +182,16 @@ impl Speed {
     }
 }
 
-impl Rounding {
-    #[inline]
-    fn encode(self, signal: &Signal, data: &mut [u8], physical: f64) {
-        match self {
-            Self::Truncate if !signal.is_float() => {
-                let raw = (physical - signal.offset) / signal.factor;
-                signal.encode_raw(data, Raw::Real(raw.trunc()));
-            }
-            _ => signal.encode(data, physical),
+/// Writes a number; what is beyond the signal's bits becomes the nearest that
+/// they hold.
+#[inline]
+fn encode_rounded(signal: &Signal, rounding: Rounding, data: &mut [u8], physical: f64) {
+    match rounding {
+        Rounding::TowardsZero if !signal.is_float() => {
+            let raw = (physical - signal.offset) / signal.factor;
+            signal.encode_raw(data, Raw::Real(raw.trunc()));
         }
+        _ => signal.encode(data, physical),
     }
 }
 

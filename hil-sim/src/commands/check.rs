@@ -31,9 +31,6 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let robot = |path: &str| Scenario::load(path, &[]).map(|scenario| scenario.stack);
     let report = Checker { bitrate_bit_s: None, shipped: SHIPPED, robot }.check_all(&args.files);
-    let text = if args.json { report.json_lines() } else { report.to_string() };
-    if !text.is_empty() {
-        say(text.trim_end());
-    }
+    report.text(args.json).lines().for_each(say);
     Ok(ExitCode::from(report.exit_status()))
 }

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use canloop::bus::{self, OpenOptions};
+use canloop::cli;
 use canloop::config::Problem;
 use canloop::run::{self, Clock};
-use canloop::time::Duration;
 
 use super::progress::Progress;
 use super::run::{conclude, logged_to};
@@ -71,10 +71,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         let problem = Problem::bare(format!("`{}` has an ideal link, which no bus can be", scenario.name));
         return Err(problem.help("serve a scenario with bus.link = \"can\"").into());
     };
-    if !(0.001..=86_400.0).contains(&args.dead_man_s) {
-        let found = format!("--dead-man-s will not do: found {}, expected 0.001 to 86400", args.dead_man_s);
-        return Err(Problem::bare(found).into());
-    }
+    let patience = cli::seconds("--dead-man-s", args.dead_man_s)?;
     let clock = Clock::new();
     let options =
         OpenOptions { bit_rate_bit_s: Some(bitrate_bit_s), allow_others: args.allow_others, ..OpenOptions::default() };
@@ -84,7 +81,6 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     interrupt::listen();
     say(format_args!("serving {} on {}", scenario.name, args.bus));
     let mut progress = Progress::new(scenario.name.clone(), scenario.ticks());
-    let patience = Duration::from_secs_f64(args.dead_man_s);
     let watch = |tick| {
         progress.at(tick);
         interrupt::check()
@@ -115,8 +111,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 /// Drives answer at once; where this program may not, it says so. The log's
 /// threads run already, and keep an ordinary priority.
 fn raise_priority() {
-    let run::Priority { scheduling, memory } = run::raise();
-    for refused in [scheduling, memory].into_iter().filter_map(Result::err) {
-        say(format_args!("  degraded         {refused}"));
+    for degraded in run::raise() {
+        say(format_args!("  degraded         {}", degraded.refusal));
     }
 }

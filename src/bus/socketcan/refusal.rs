@@ -4,7 +4,7 @@ use std::io;
 
 use socketcan::{CanFdSocket, Socket as _};
 
-use crate::bus::{CanLink, LinkError};
+use crate::bus::{CanLink, LinkError, USUAL_BIT_RATE_BIT_S};
 use crate::config::Problem;
 
 /// What an interface must be like.
@@ -100,8 +100,7 @@ impl Refusal {
 
 /// The command that brings the interface up.
 fn switch_on(name: &str, link: &CanLink, requirements: Requirements) -> String {
-    const USUAL_BIT_RATE: u32 = 500_000;
-    let bit_rate = requirements.bit_rate_bit_s.or(link.bit_rate_bit_s).unwrap_or(USUAL_BIT_RATE);
+    let bit_rate = requirements.bit_rate_bit_s.or(link.bit_rate_bit_s).unwrap_or(USUAL_BIT_RATE_BIT_S);
     match link.is_controller {
         true => format!("ip link set {name} up type can bitrate {bit_rate}"),
         false => format!("ip link set {name} up"),

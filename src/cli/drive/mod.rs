@@ -6,18 +6,18 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 
-use self::report::{DEGRADED, LogFigures, Reader, Summary, cannot_log, open_log, word};
-use super::{say, stop};
+use self::report::{LogFigures, Reader, Summary, cannot_log, open_log, word};
+use super::{say, seconds, stop};
 use crate::bus::{self, Bus, OpenOptions};
 use crate::config::{Problem, Problems};
-use crate::event::{Event, Notice, Sink};
+use crate::event::{Event, Sink};
 use crate::frame::CanId;
 use crate::log::McapLog;
-use crate::run::{self, Clock, End, Ended, LockStep, Priority, Punctuality, RealTime, tap};
+use crate::run::{self, Clock, Degraded, End, Ended, LockStep, Punctuality, RealTime, tap};
 use crate::safety::State;
 use crate::schema::{Profile, StepEndCodec};
 use crate::stack::{Operator, RobotFile, Stack};
-use crate::time::{Duration, Instant};
+use crate::time::Instant;
 
 /// What `canloop drive` is given.
 #[derive(Debug, clap::Args)]
@@ -177,18 +177,12 @@ fn realtime(
                 say(format_args!("{} events are not in the log: it was written slower than they came", drain.lost()));
             }
         });
-        let Priority { scheduling, memory } = run::raise();
-        let degraded = [
-            (scheduling, "the loop has no real-time priority: ordinary programs delay it"),
-            (memory, "the loop's memory is not locked: it may be swapped out"),
-        ];
-        let degraded = degraded.into_iter().filter_map(|(allowed, text)| Some((allowed.err()?, text)));
-        let tell = |(refused, text): (String, &'static str)| {
-            say(format_args!("degraded: {refused}"));
-            tap.event(clock.now(), &Event::Notice(Notice { kind: DEGRADED, text }));
-            refused
-        };
-        let degraded = degraded.map(tell).collect();
+        let degraded = run::raise().into_iter().map(|Degraded { notice, refusal }| {
+            say(format_args!("degraded: {refusal}"));
+            tap.event(clock.now(), &Event::Notice(notice));
+            refusal
+        });
+        let degraded = degraded.collect();
         let ended = RealTime::new(stack, bus, &mut tap, clock).run(stop, until);
         drop(tap);
         // A reader that panicked has said so itself.
@@ -210,11 +204,4 @@ fn ids_to_receive(profile: &Profile) -> Vec<CanId> {
 /// The exit status of a run that ended in this state, all else being well.
 fn ended_in(state: State) -> u8 {
     u8::from(matches!(state, State::Tripped(_)))
-}
-
-fn seconds(option: &str, seconds: f64) -> Result<Duration, Problem> {
-    if (0.001..=86_400.0).contains(&seconds) {
-        return Ok(Duration::from_secs_f64(seconds));
-    }
-    Err(Problem::bare(format!("{option} will not do: found {seconds}, expected 0.001 to 86400")))
 }

@@ -10,7 +10,7 @@ use crate::cli::say;
 use crate::config::Problem;
 use crate::event::{Event, Sink};
 use crate::log::{LogContents, LogError, LoggedBus, McapLog, WhenFull};
-use crate::run::{BusCounts, End, LoopFigures, Punctuality};
+use crate::run::{BusCounts, DEGRADED, End, LoopFigures, Punctuality};
 use crate::stack::StackConfig;
 use crate::time::Instant;
 
@@ -25,10 +25,6 @@ pub struct Reader {
     /// The last thing said.
     pub said: Option<&'static str>,
 }
-
-/// The kind of notice that the machine does not allow the loop something; what
-/// would allow it is said in more words than a notice has.
-pub const DEGRADED: &str = "degraded";
 
 /// The figures of a run, as `--summary` writes them.
 #[derive(Debug, Serialize)]
@@ -66,7 +62,8 @@ pub struct LogFigures {
 impl Sink for Reader {
     fn event(&mut self, at: Instant, event: &Event) {
         match event {
-            // What happens frame after frame is said once; the log has it all.
+            // What happens frame after frame is said once; the log has it all. What the
+            // machine does not allow is said with what would allow it.
             Event::Notice(notice) if self.said != Some(notice.text) && notice.kind != DEGRADED => {
                 say(format_args!("{:>12.6} s  {}", (at - self.start).as_secs_f64(), notice.text));
                 self.said = Some(notice.text);

@@ -3,7 +3,7 @@
 use socketcan::{CanFdSocket, Socket as _};
 
 use super::{Check, Machine};
-use crate::bus::{CanLink, ControllerState, LinkError};
+use crate::bus::{CanLink, ControllerState, LinkError, USUAL_BIT_RATE_BIT_S};
 
 const INTERFACE: &str = "interface";
 const BIT_RATE: &str = "bit rate";
@@ -13,8 +13,6 @@ const QUEUE: &str = "txqueuelen";
 const TIME_STAMPS: &str = "time stamps";
 const ERROR_COUNTS: &str = "error counts";
 
-/// For commands, where none was ever set.
-const USUAL_BIT_RATE: u32 = 500_000;
 /// The kernel's default of 10 holds two periods of a robot with two drives.
 const SHORTEST_QUEUE_FRAMES: u32 = 32;
 const GOOD_QUEUE_FRAMES: u32 = 128;
@@ -85,7 +83,7 @@ fn interface(name: &str, link: &CanLink) -> Check {
 fn switch_on(name: &str, link: &CanLink) -> String {
     match link.is_controller {
         true => {
-            let bit_rate = link.bit_rate_bit_s.unwrap_or(USUAL_BIT_RATE);
+            let bit_rate = link.bit_rate_bit_s.unwrap_or(USUAL_BIT_RATE_BIT_S);
             format!("ip link set {name} up type can bitrate {bit_rate}")
         }
         false => format!("ip link set {name} up"),
