@@ -20,9 +20,9 @@ use crate::estimator::{Estimator, Sample};
 use crate::event::{Event, Notice, SyncEvent, Tick};
 use crate::frame::Frame;
 use crate::odometry::Odometry;
-use crate::safety::{Gate, Reason, State};
+use crate::safety::{Chain, Operator, Reason, State};
 use crate::schema::{
-    Acts, Applied, Asks, DecodeError, DriveState, FaultCode, Feedback, Heartbeat, Message, Profile, Request, StateId,
+    Acts, Applied, Asks, DecodeError, DriveState, FaultCode, Feedback, Heartbeat, Message, Profile, StateId,
 };
 use crate::time::{Duration, Instant};
 use crate::wheels::{Wheel, Wheels};
@@ -45,7 +45,9 @@ pub struct Stack {
     believes_commands: bool,
     controller: Controller,
     odometry: Odometry,
-    gate: Gate,
+    chain: Chain,
+    /// The state that was told last.
+    told: State,
     drives: Wheels<DriveView>,
     /// Periods begun.
     ticks: u64,
@@ -56,10 +58,6 @@ pub struct Stack {
     awaiting_feedback: bool,
     /// Odd frames that may still be noted in this period.
     oddities_left: u8,
-    /// Periods since feedback from both drives was last complete.
-    periods_since_feedback: u32,
-    enable_wanted: bool,
-    clear_fault_wanted: bool,
     sync_counter: u8,
     /// Counter of the last SYNC sent.
     sync_sent: u8,
@@ -86,17 +84,6 @@ pub struct Stack {
     events: VecDeque<Event>,
 }
 
-/// What the operator can ask for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Operator {
-    /// Enable the drives and run the path from its beginning.
-    Enable,
-    /// Zero torque, disable the drives.
-    Stop,
-    /// Acknowledge a trip; motion needs a new `Enable`.
-    Reset,
-}
-
 /// Odd frames of which notice is given in a period: somebody may send them as
 /// fast as the bus can.
 const ODDITIES_A_PERIOD: u8 = 3;
@@ -111,16 +98,14 @@ impl Stack {
             profile: config.profile.clone(),
             controller: controller.build(Sampling::OverBus),
             odometry: Odometry::new(controller.belief, estimators(config), config.start),
-            gate: Gate::new(config.safety, config.period.as_secs_f64()),
+            chain: Chain::new(config.safety, config.period.as_secs_f64()),
+            told: State::Boot,
             drives: Wheels::both(DriveView::new()),
             ticks: 0,
             ticks_answered: 0,
             next_sync: start,
             awaiting_feedback: false,
             oddities_left: ODDITIES_A_PERIOD,
-            periods_since_feedback: 0,
-            enable_wanted: false,
-            clear_fault_wanted: false,
             sync_counter: 0,
             sync_sent: 0,
             sync_at: start,
@@ -150,8 +135,14 @@ impl Stack {
                 }
             }
             Err(DecodeError::UnknownId) => {}
-            Err(_) => self.note_oddity("frame-refused", "a frame could not be decoded and was ignored"),
+            Err(error) => {
+                self.note_oddity("frame-refused", "a frame could not be decoded and was ignored");
+                if error != DecodeError::RemoteRequest && self.profile.is_sent_by_drives(frame.id) {
+                    self.chain.take_damaged_frame();
+                }
+            }
         }
+        self.tell_state();
     }
 
     /// Takes note that `at` has come. Waking up later than the limit of overrun
@@ -162,16 +153,18 @@ impl Stack {
             return;
         }
         if at > self.next_sync + self.period {
-            if at > self.next_sync + self.period * i64::from(self.gate.limits().overrun_periods) {
-                self.trip(Reason::LoopOverrun);
+            if at > self.next_sync + self.period * i64::from(self.chain.limits().overrun_periods) {
+                self.chain.trip(Reason::LoopOverrun, None);
             }
             self.next_sync = at;
         }
         if self.awaiting_feedback {
             self.go_without_feedback();
         } else if self.ticks > 0 {
-            self.periods_since_feedback = 0;
+            self.chain.take_feedback(true, None);
         }
+        self.chain.begin_period();
+        self.tell_state();
         self.next_sync += self.period;
         self.sync_at = at;
         self.begin_period();
@@ -184,30 +177,22 @@ impl Stack {
 
     /// Takes an operator's wish.
     pub fn operate(&mut self, wish: Operator) {
-        match wish {
-            Operator::Enable => self.enable_wanted = true,
-            Operator::Stop => self.stop(),
-            Operator::Reset => {
-                self.enable_wanted = false;
-                self.clear_fault_wanted = true;
-                self.gate.reset();
-                self.tell_state();
-            }
-        }
+        self.chain.operate(wish);
+        self.tell_state();
     }
 
     /// Takes note that something outside went wrong: a stack that is in motion
     /// or about to be trips.
     pub fn trip(&mut self, reason: Reason) {
-        if matches!(self.gate.state(), State::Enabling | State::Running) {
-            self.enter(State::Tripped(reason));
-        }
+        self.chain.trip(reason, None);
+        self.tell_state();
     }
 
     /// Says goodbye: both drives are told at once to let go, whatever the
     /// state, and a last SYNC puts that into force. What a runtime sends last.
     pub fn farewell(&mut self) {
-        self.stop();
+        self.chain.let_go();
+        self.tell_state();
         self.speak(Wheels::default());
         self.send_sync();
     }
@@ -234,21 +219,17 @@ impl Stack {
 
     /// What it is doing.
     pub const fn state(&self) -> State {
-        self.gate.state()
-    }
-
-    fn stop(&mut self) {
-        self.enable_wanted = false;
-        if matches!(self.gate.state(), State::Enabling | State::Running) {
-            self.enter(State::Stopped);
-        }
+        self.chain.state()
     }
 
     fn take(&mut self, at: Instant, message: Message) {
         match message {
             Message::Feedback(wheel, feedback) => self.take_feedback(at, wheel, &feedback),
-            Message::Heartbeat(wheel, Heartbeat { state, fault }) => self.take_state(wheel, state, Some(fault)),
-            Message::Fault(_, fault) if fault != FaultCode::None => self.enter(State::Tripped(Reason::DriveFault)),
+            Message::Heartbeat(wheel, Heartbeat { state, fault }) => {
+                self.chain.take_heartbeat(wheel);
+                self.take_state(wheel, state, Some(fault));
+            }
+            Message::Fault(wheel, fault) => self.take_state(wheel, None, Some(fault)),
             _ => {}
         }
     }
@@ -258,7 +239,7 @@ impl Stack {
         let expected = if echoes { self.profile.feedback_counter(wheel, self.sync_sent) } else { None };
         match self.drives[wheel].take(feedback, expected) {
             Verdict::Fresh => {}
-            Verdict::Unasked => return self.trip(Reason::CounterJump),
+            Verdict::Unasked => return self.chain.trip(Reason::CounterJump, Some(wheel)),
             Verdict::Late => {
                 return self.note_oddity("feedback-late", "feedback came after the next SYNC had left and was ignored");
             }
@@ -277,21 +258,16 @@ impl Stack {
 
     fn take_state(&mut self, wheel: Wheel, state: Option<StateId>, fault: Option<FaultCode>) {
         if fault.is_some_and(|fault| fault != FaultCode::None) {
-            self.trip(Reason::DriveFault);
+            self.chain.trip(Reason::DriveFault, Some(wheel));
         }
         let Some(state) = state else { return };
         let before = self.drives[wheel].state.replace(state);
-        let means = self.profile.conversation.meaning(state);
-        if means == DriveState::Fault && before.map(|before| self.profile.conversation.meaning(before)) != Some(means) {
+        let meaning = |state| self.profile.conversation.meaning(state);
+        let (means, meant) = (meaning(state), before.map(meaning));
+        if means == DriveState::Fault && meant != Some(means) {
             self.notice("drive-in-fault", "a drive is in its fault state, and stays there until it is cleared");
         }
-        match (self.gate.state(), means) {
-            (_, DriveState::Fault) => self.trip(Reason::DriveFault),
-            (State::Running, DriveState::Ready | DriveState::Boot) => {
-                self.enter(State::Tripped(Reason::DriveDisabled));
-            }
-            _ => {}
-        }
+        self.chain.take_drive_state(wheel, means);
     }
 
     /// Both drives have answered: the law runs, the torques leave.
@@ -301,97 +277,78 @@ impl Stack {
         let samples = self.with_torque(samples);
         let span_s = self.spans_s();
         self.measured = self.odometry.update(samples, span_s);
+        let moved_rad = self.measured.speed_rad_s.zip_with(span_s, |speed, span| speed * span);
+        self.chain.take_motion(moved_rad, span_s);
         self.believe_silent_drives();
         self.step_state();
-        let mut wanted = Wheels::default();
-        if self.gate.state() == State::Running {
-            let mut measured = self.measured;
-            measured.angle_rad = measured.angle_rad - self.origin_rad;
-            self.decision = self.controller.decide(&self.odometry.pose(), &measured);
-            self.check_following_error(measured.angle_rad);
-            wanted = self.decision.torque_nm;
+        let wanted_nm = if self.chain.state().lets_torque_flow() { self.decide() } else { Wheels::default() };
+        self.finish_period(wanted_nm);
+    }
+
+    /// Asks the law for a torque, N m.
+    fn decide(&mut self) -> Wheels<f64> {
+        let mut measured = self.measured;
+        measured.angle_rad = measured.angle_rad - self.origin_rad;
+        if self.chain.state() == State::Stopping && !self.controller.is_braking() {
+            self.controller.brake(&measured, self.chain.limits().stop_deceleration_rad_s2);
         }
-        self.finish_period(wanted);
+        self.decision = self.controller.decide(&self.odometry.pose(), &measured);
+        self.chain.take_error(self.decision.target.angle_rad - measured.angle_rad);
+        self.decision.torque_nm
     }
 
     /// A drive did not answer in time. The last torque is held, until that has
     /// lasted too long.
     fn go_without_feedback(&mut self) {
-        self.periods_since_feedback += 1;
-        let timeout = self.gate.limits().feedback_timeout_periods;
-        if self.periods_since_feedback >= timeout {
-            self.trip(Reason::StaleFeedback);
-        }
+        let is_missing = |wheel: &Wheel| !self.drives[*wheel].is_complete(&self.profile);
+        let missing = Wheel::BOTH.into_iter().find(is_missing).filter(|wheel| !is_missing(&wheel.other()));
+        self.chain.take_feedback(false, missing);
         self.finish_period(self.decision.torque_nm);
     }
 
-    /// Lets through what the gate lets through, and goes on to the next tick.
+    /// Lets through what the chain lets through, and goes on to the next tick.
     fn finish_period(&mut self, wanted_nm: Wheels<f64>) {
-        let before = self.gate.state();
         let torque_sent_nm = self.pass(wanted_nm);
-        if self.gate.state() != before {
-            self.tell_state();
-        }
+        self.tell_state();
         match self.profile.acts {
             Acts::AtSync => self.speak(torque_sent_nm),
             Acts::OnArrival => self.held_nm = torque_sent_nm,
         }
         self.tell_tick(wanted_nm, torque_sent_nm);
-        if self.gate.state() == State::Running {
+        if self.chain.state() == State::Running {
             self.controller.advance();
         }
     }
 
     /// The transitions that wait for the drives or the operator.
     fn step_state(&mut self) {
+        let before = self.chain.state();
         let conversation = &self.profile.conversation;
-        let both = |wanted: DriveState| {
+        let all_mean = |wanted: DriveState| {
             self.drives.all(|drive| drive.state.is_some_and(|state| conversation.meaning(state) == wanted))
         };
-        match self.gate.state() {
-            State::Boot => self.enter(State::Stopped),
-            State::Stopped if self.enable_wanted && both(DriveState::Ready) => self.enter(State::Enabling),
-            State::Enabling if both(DriveState::Enabled) => {
-                self.controller.reset();
-                self.decision = Decision::default();
-                self.origin_rad = self.measured.angle_rad;
-                self.enter(State::Running);
-            }
-            _ => {}
+        let are_slow = self.measured.speed_rad_s.all(|&speed_rad_s| self.chain.is_at_rest(speed_rad_s));
+        self.chain.step(all_mean, are_slow && self.controller.is_braked());
+        if self.chain.state() == State::Running && before != State::Running {
+            self.controller.reset();
+            self.decision = Decision::default();
+            self.origin_rad = self.measured.angle_rad;
         }
+        self.tell_state();
     }
 
-    fn check_following_error(&mut self, angle_rad: Wheels<f64>) {
-        let error_rad = self.decision.target.angle_rad - angle_rad;
-        let limit_rad = self.gate.limits().following_error_rad;
-        if error_rad.any(|error| error.abs() > limit_rad) {
-            self.enter(State::Tripped(Reason::FollowingError));
-        }
-    }
-
-    fn request(&self) -> Request {
-        match self.gate.state() {
-            State::Enabling | State::Running => Request::Enable,
-            _ if self.clear_fault_wanted => Request::ClearFault,
-            _ => Request::Disable,
-        }
-    }
-
-    /// Changes state and says so. A trip withdraws the wish to move.
-    fn enter(&mut self, state: State) {
-        let before = self.gate.state();
-        self.gate.enter(state);
-        if self.gate.state() != before {
-            if matches!(state, State::Tripped(_)) {
-                self.enable_wanted = false;
-            }
-            self.tell_state();
-        }
-    }
-
+    /// Gives notice of another state than before, and of whose doing a trip is.
     fn tell_state(&mut self) {
-        let state = self.gate.state();
+        let state = self.chain.state();
+        if std::mem::replace(&mut self.told, state) == state {
+            return;
+        }
         self.notice(state.name(), state.text());
+        match self.chain.culprit() {
+            Some(Wheel::Right) => self.notice("culprit", "it is the right wheel's drive"),
+            Some(Wheel::Left) => self.notice("culprit", "it is the left wheel's drive"),
+            None => {}
+        }
     }
 
     fn notice(&mut self, kind: &'static str, text: &'static str) {
@@ -414,7 +371,7 @@ impl Stack {
         let target = &self.decision.target;
         self.events.push_back(Event::Tick(Tick {
             tick: self.ticks - 1,
-            state: self.gate.state().code(),
+            state: self.chain.state().code(),
             reference: reference.pose,
             reference_twist: reference.twist,
             odometry: self.odometry.pose(),

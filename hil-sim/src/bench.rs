@@ -4,7 +4,8 @@ use std::ops::ControlFlow;
 
 use canloop::event::{Event, Sink, Truth};
 use canloop::robot::{Pose, wrap_angle_rad};
-use canloop::stack::{Operator, Stack};
+use canloop::safety::Operator;
+use canloop::stack::Stack;
 use canloop::time::Instant;
 use canloop::wheels::Wheels;
 

@@ -141,6 +141,11 @@ impl FarSide {
         self.happenings.front().map(|&(at, _)| at)
     }
 
+    /// The robot, for something to go wrong with it.
+    pub const fn robot_mut(&mut self) -> &mut VirtualRobot {
+        &mut self.robot
+    }
+
     /// What has crossed the wire so far.
     pub const fn wire_stats(&self) -> &WireStats {
         self.wire.stats()

@@ -6,15 +6,14 @@ use std::collections::VecDeque;
 use std::io;
 use std::rc::Rc;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use canloop::bus::{Arrival, Bus, BusError, ControllerState};
 use canloop::event::{Event, Sink};
 use canloop::frame::Frame;
-use canloop::run::{Clock, End, Ended, RealTime};
-use canloop::safety::{Reason, State};
+use canloop::run::{Clock, End, Ended, RealTime, StopSwitch};
+use canloop::safety::{Operator, Reason, State};
 use canloop::schema::{Command, Message, Profile};
-use canloop::stack::{Operator, Stack};
+use canloop::stack::Stack;
 use canloop::time::{Duration, Instant};
 use canloop::wheels::{Wheel, Wheels};
 use hil_sim::scenario::Scenario;
@@ -25,6 +24,8 @@ use hil_sim::virtual_robot::VirtualRobot;
 enum Trouble {
     /// Nothing, until somebody asks the loop to end.
     Stop,
+    /// The same, and in a hurry.
+    StopAtOnce,
     /// The transmit queue is full, for so many periods.
     QueueFull { periods: u64 },
     /// The interface is down for a while.
@@ -49,7 +50,7 @@ struct TroubledBus {
     syncs: u64,
     told: bool,
     tries: u64,
-    stop: Arc<AtomicBool>,
+    stop: Arc<StopSwitch>,
     heard: Rc<Cell<LastWords>>,
     panic_now: Rc<Cell<bool>>,
 }
@@ -95,7 +96,8 @@ impl TroubledBus {
             return None;
         }
         match self.trouble {
-            Trouble::Stop => self.stop.store(true, Ordering::Relaxed),
+            Trouble::Stop => self.stop.press(),
+            Trouble::StopAtOnce => (0..2).for_each(|_| self.stop.press()),
             Trouble::InterfaceDown => return Some(Arrival::Down),
             Trouble::BusOff => return Some(Arrival::State(ControllerState::BusOff)),
             Trouble::Overrun => self.wait_until(self.clock.now() + Duration::from_secs_f64(60.0 * PERIOD_S)),
@@ -103,6 +105,10 @@ impl TroubledBus {
             Trouble::QueueFull { .. } | Trouble::Gone => {}
         }
         None
+    }
+
+    fn collect_answers(&mut self) {
+        self.answers.extend(std::iter::from_fn(|| self.robot.poll_transmit()).map(|(_, answer)| answer));
     }
 
     fn wait_until(&self, deadline: Instant) {
@@ -133,13 +139,17 @@ impl Bus for TroubledBus {
         }
         self.listen(frame);
         self.syncs += u64::from(self.robot.handle_frame(frame, PERIOD_S));
-        self.answers.extend(std::iter::from_fn(|| self.robot.poll_transmit()).map(|(_, answer)| answer));
+        self.collect_answers();
         Ok(())
     }
 
     fn receive(&mut self, deadline: Instant) -> Result<Option<(Instant, Arrival)>, BusError> {
         if let Some(arrival) = self.make_trouble() {
             return Ok(Some((self.clock.now(), arrival)));
+        }
+        if self.clock.now() >= self.robot.next_wakeup() {
+            self.robot.handle_wakeup(self.clock.now());
+            self.collect_answers();
         }
         if let Some(frame) = self.answers.pop_front() {
             return Ok(Some((self.clock.now(), Arrival::Frame(frame))));
@@ -167,7 +177,7 @@ fn run_into(trouble: Trouble) -> (std::thread::Result<Ended>, LastWords) {
     let clock = Clock::new();
     let start = clock.now() + Duration::from_millis(1);
     let profile = scenario.stack.profile.clone();
-    let (stop, heard) = (Arc::new(AtomicBool::new(false)), Rc::new(Cell::default()));
+    let (stop, heard) = (Arc::new(StopSwitch::new()), Rc::new(Cell::default()));
     let mut reader = Reader(Rc::default());
     let mut bus = TroubledBus {
         robot: VirtualRobot::new(profile.clone(), scenario.plant(), scenario.drive_spec(), start),
@@ -211,10 +221,18 @@ fn assert_trips(trouble: Trouble, reason: Reason) {
 }
 
 #[test]
-fn a_stop_that_is_asked_for() {
+fn a_stop_that_is_asked_for_brakes_to_rest_first() {
     let (ended, words) = run_into(Trouble::Stop);
     let ended = ended.expect("no panic");
-    assert!(matches!((&ended.end, ended.state), (End::Stopped, State::Running)), "{ended:?}");
+    assert!(matches!((&ended.end, ended.state), (End::Stopped, State::Stopped)), "{ended:?}");
+    assert_told_to_let_go(&words);
+}
+
+#[test]
+fn a_stop_that_is_asked_for_twice_lets_go_at_once() {
+    let (ended, words) = run_into(Trouble::StopAtOnce);
+    let ended = ended.expect("no panic");
+    assert!(matches!((&ended.end, ended.state), (End::Stopped, State::Stopping)), "{ended:?}");
     assert_told_to_let_go(&words);
 }
 
@@ -230,7 +248,7 @@ fn an_interface_that_goes_down() {
 
 #[test]
 fn a_controller_that_is_bus_off() {
-    assert_trips(Trouble::BusOff, Reason::BusLost);
+    assert_trips(Trouble::BusOff, Reason::BusOff);
 }
 
 #[test]

@@ -6,13 +6,13 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::collections::VecDeque;
-use std::sync::atomic::AtomicBool;
 
 use canloop::bus::{Arrival, Bus, BusError};
 use canloop::event::{Event, Sink};
 use canloop::frame::Frame;
-use canloop::run::{Clock, End, RealTime, tap};
-use canloop::stack::{Operator, Stack};
+use canloop::run::{Clock, End, RealTime, StopSwitch, tap};
+use canloop::safety::Operator;
+use canloop::stack::Stack;
 use canloop::time::{Duration, Instant};
 use hil_sim::scenario::Scenario;
 use hil_sim::virtual_robot::VirtualRobot;
@@ -114,7 +114,7 @@ fn a_loop_that_runs_and_trips_takes_no_memory() {
     stack.operate(Operator::Enable);
     let (mut events, mut drain) = tap();
     let until = start + Duration::from_secs_f64(20.0);
-    let end = RealTime::new(stack, &mut bus, &mut events, clock).run(&AtomicBool::new(false), until).end;
+    let end = RealTime::new(stack, &mut bus, &mut events, clock).run(&StopSwitch::new(), until).end;
     let allocations = ALLOCATIONS.with(Cell::take);
     drop(events);
     let mut last = LastNotice("");

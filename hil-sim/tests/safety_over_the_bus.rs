@@ -4,9 +4,9 @@
 
 use canloop::event::Event;
 use canloop::frame::Frame;
-use canloop::safety::{Reason, State};
+use canloop::safety::{Operator, Reason, State};
 use canloop::schema::{Command, FaultCode, Feedback, Heartbeat, Message, Patience, Profile};
-use canloop::stack::{Operator, Stack};
+use canloop::stack::Stack;
 use canloop::time::Instant;
 use canloop::wheels::{Wheel, Wheels};
 use hil_sim::scenario::Scenario;
@@ -286,10 +286,25 @@ fn a_drive_that_leaves_its_enabled_state_unasked_stops_both_wheels() {
 }
 
 #[test]
-fn the_operator_s_stop_takes_the_torque_away_with_the_next_command() {
+fn the_operator_s_stop_brakes_to_rest_within_limits_and_then_lets_go() {
     let mut rig = Rig::under_way();
+    // Fast enough that friction alone would take its time.
+    rig.run(2000);
+    let fast_rad_s = rig.robot.state().speed_rad_s;
     rig.stack.operate(Operator::Stop);
+    assert_eq!(rig.stack.state(), State::Stopping);
+    let (mut periods, mut last_rad_s) = (0, fast_rad_s);
+    while rig.stack.state() == State::Stopping {
+        rig.run(1);
+        let speed_rad_s = rig.robot.state().speed_rad_s;
+        assert!((speed_rad_s - last_rad_s).all(|change| change.abs() < 0.1), "{last_rad_s:?} to {speed_rad_s:?}");
+        last_rad_s = speed_rad_s;
+        periods += 1;
+    }
     assert_eq!(rig.stack.state(), State::Stopped);
+    let ramp_periods = fast_rad_s.right.max(fast_rad_s.left) / 5.0 / PERIOD_S;
+    assert!(f64::from(periods) < ramp_periods + 60.0, "{periods} periods, and the ramp takes {ramp_periods}");
+    assert!(last_rad_s.all(|speed| speed.abs() < 0.1), "{last_rad_s:?}");
     rig.run(1);
     assert!(rig.sends_zero_torque() && rig.asks_for("disable"));
     rig.run(2);
@@ -298,6 +313,45 @@ fn the_operator_s_stop_takes_the_torque_away_with_the_next_command() {
     rig.stack.operate(Operator::Enable);
     rig.run(UNDER_WAY_PERIODS);
     assert!(rig.moves_within(10));
+}
+
+#[test]
+fn a_stop_brakes_along_the_arc_that_the_robot_is_on() {
+    let mut rig = Rig::under_way();
+    rig.run(2000);
+    let fast_rad_s = rig.robot.state().speed_rad_s;
+    let before_rad = rig.robot.state().angle_rad;
+    rig.stack.operate(Operator::Stop);
+    rig.run(ROLLING_PERIODS);
+    let moved_rad = rig.robot.state().angle_rad - before_rad;
+    let (expected, found) = (fast_rad_s.left / fast_rad_s.right, moved_rad.left / moved_rad.right);
+    assert!((found - expected).abs() < 0.05, "{found} instead of {expected}");
+}
+
+#[test]
+fn a_drive_that_falls_silent_while_braking_takes_the_torque_away() {
+    let mut rig = Rig::under_way();
+    rig.run(2000);
+    rig.stack.operate(Operator::Stop);
+    rig.tamper = |profile, frame| without_feedback_of(Wheel::Left, profile, frame);
+    rig.run(3);
+    assert_eq!(rig.stack.state(), State::Tripped(Reason::StaleFeedback));
+    assert!(rig.sends_zero_torque());
+    // Nothing but friction slows it down.
+    rig.run(2000);
+    rig.assert_at_rest_for_good();
+}
+
+#[test]
+fn an_emergency_stop_takes_the_torque_away_with_the_next_command_and_is_latched() {
+    let mut rig = Rig::under_way();
+    rig.stack.operate(Operator::EmergencyStop);
+    assert_eq!(rig.stack.state(), State::Tripped(Reason::OperatorStop));
+    rig.run(1);
+    assert!(rig.sends_zero_torque() && rig.asks_for("disable"));
+    rig.run(2);
+    assert!(rig.applies_no_torque());
+    rig.assert_only_reset_and_enable_move_it_again();
 }
 
 #[test]
@@ -323,7 +377,7 @@ fn frames_that_mean_nothing_to_anybody_change_nothing() {
         let payload = [number as u8; 8];
         let len = usize::from(number % 9);
         let frame = Frame::classic(canloop::frame::CanId::Standard(number), &payload[..len]);
-        if rig.profile.decode(&frame).is_err() {
+        if rig.profile.decode(&frame).is_err() && !rig.profile.is_sent_by_drives(frame.id) {
             rig.stack.handle_frame(rig.now, &frame);
             rig.robot.handle_frame(&frame, PERIOD_S);
         }
@@ -333,6 +387,28 @@ fn frames_that_mean_nothing_to_anybody_change_nothing() {
     untouched.run(50);
     assert_eq!(rig.stack.state(), State::Running);
     assert_eq!(rig.robot.state(), untouched.robot.state());
+}
+
+#[test]
+fn a_few_damaged_frames_in_a_drive_s_name_are_tolerated_and_many_stop_the_robot() {
+    let mut rig = Rig::under_way();
+    let mut damaged = rig.profile.encode(&Message::Feedback(Wheel::Left, Feedback::default()));
+    damaged.payload_mut()[3] ^= 1;
+    for _ in 0..2 {
+        rig.stack.handle_frame(rig.now, &damaged);
+        rig.run(100);
+    }
+    assert_eq!(rig.stack.state(), State::Running);
+    rig.run(200);
+    for _ in 0..3 {
+        assert_eq!(rig.stack.state(), State::Running);
+        rig.stack.handle_frame(rig.now, &damaged);
+        rig.run(1);
+    }
+    assert_eq!(rig.stack.state(), State::Tripped(Reason::DamagedFrames));
+    rig.run(1);
+    assert!(rig.sends_zero_torque());
+    rig.assert_only_reset_and_enable_move_it_again();
 }
 
 #[test]

@@ -1,13 +1,13 @@
 //! Ctrl-C and SIGTERM ask a run to end; it says goodbye to the drives first.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use crate::run::StopSwitch;
 
-static ASKED: AtomicBool = AtomicBool::new(false);
+static SWITCH: StopSwitch = StopSwitch::new();
 
-/// From now on Ctrl-C and SIGTERM set the flag that comes back.
-pub fn listen() -> &'static AtomicBool {
+/// From now on Ctrl-C and SIGTERM press the switch that comes back.
+pub fn listen() -> &'static StopSwitch {
     // Without a handler Ctrl-C ends the program at once; the drives' watchdogs
     // are there for that.
-    let _ = ctrlc::set_handler(|| ASKED.store(true, Ordering::Relaxed));
-    &ASKED
+    let _ = ctrlc::set_handler(|| SWITCH.press());
+    &SWITCH
 }

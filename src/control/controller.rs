@@ -79,6 +79,22 @@ impl Controller {
         self.guidance.advance();
     }
 
+    /// Leaves the path and brings the wheels to rest, the faster one at this
+    /// deceleration.
+    pub fn brake(&mut self, measured: &Measured, deceleration_rad_s2: f64) {
+        self.guidance.brake(measured, deceleration_rad_s2);
+    }
+
+    /// Whether the wheels are being brought to rest.
+    pub const fn is_braking(&self) -> bool {
+        self.guidance.is_braking()
+    }
+
+    /// Whether the wheels are wanted to be at rest, and braking is over.
+    pub fn is_braked(&self) -> bool {
+        self.guidance.is_braked()
+    }
+
     /// Decides this tick's torque. To be asked once a tick.
     pub fn decide(&mut self, pose: &Pose, measured: &Measured) -> Decision {
         let target = self.guidance.target(pose);

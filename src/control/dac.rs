@@ -79,3 +79,70 @@ impl Pd {
         target.acceleration_rad_s2 + error_rad_s * self.kd_per_s + error_rad * self.kp_per_s2
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MASS: MassMatrix = MassMatrix { m11: 2.0, m12: 0.5, m22: 3.0 };
+    const KD_PER_S: f64 = 3.0;
+    const KP_PER_S2: f64 = 0.6;
+
+    fn pair(right: f64, left: f64) -> Wheels<f64> {
+        Wheels { right, left }
+    }
+
+    fn target() -> Target {
+        Target { angle_rad: pair(1.5, 2.0), speed_rad_s: pair(0.25, 0.5), acceleration_rad_s2: pair(0.1, -0.2) }
+    }
+
+    fn measured() -> Measured {
+        Measured {
+            angle_rad: pair(1.0, 3.0),
+            speed_rad_s: pair(0.5, 0.25),
+            acceleration_rad_s2: pair(0.4, 0.3),
+            torque_nm: pair(10.0, -20.0),
+        }
+    }
+
+    /// theta''* + K_D e' + K_P e of these two.
+    fn wanted_rad_s2() -> Wheels<f64> {
+        pair(0.1 - 3.0 * 0.25 + 0.6 * 0.5, -0.2 + 3.0 * 0.25 - 0.6)
+    }
+
+    #[track_caller]
+    fn assert_near(found: Wheels<f64>, expected: Wheels<f64>) {
+        assert!((found - expected).all(|off| off.abs() < 1e-12), "{found:?} instead of {expected:?}");
+    }
+
+    #[test]
+    fn eq_12_adds_to_its_last_command_the_inertia_times_what_the_acceleration_misses() {
+        let mut law = Dac::new(MASS, KD_PER_S, KP_PER_S2);
+        let step_nm = MASS.times(wanted_rad_s2() - measured().acceleration_rad_s2);
+        assert_near(law.torque_nm(&target(), &measured()), step_nm);
+        assert_near(law.torque_nm(&target(), &measured()), step_nm * 2.0);
+        law.reset();
+        assert_near(law.torque_nm(&target(), &measured()), step_nm);
+    }
+
+    #[test]
+    fn the_matched_law_adds_to_the_torque_that_was_applied() {
+        let mut law = DacMatched::new(MASS, KD_PER_S, KP_PER_S2, 1.0);
+        let unexplained_nm = measured().torque_nm - MASS.times(measured().acceleration_rad_s2);
+        let expected_nm = unexplained_nm + MASS.times(wanted_rad_s2());
+        assert_near(law.torque_nm(&target(), &measured()), expected_nm);
+        assert_near(law.torque_nm(&target(), &measured()), expected_nm);
+    }
+
+    #[test]
+    fn its_filter_approaches_a_steady_disturbance_by_alpha_a_period() {
+        let mut law = DacMatched::new(MASS, KD_PER_S, KP_PER_S2, 0.25);
+        let unexplained_nm = measured().torque_nm - MASS.times(measured().acceleration_rad_s2);
+        for share in [0.25, 0.4375, 0.578125] {
+            let expected_nm = unexplained_nm * share + MASS.times(wanted_rad_s2());
+            assert_near(law.torque_nm(&target(), &measured()), expected_nm);
+        }
+        law.reset();
+        assert_near(law.torque_nm(&target(), &measured()), unexplained_nm * 0.25 + MASS.times(wanted_rad_s2()));
+    }
+}

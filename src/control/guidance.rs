@@ -5,7 +5,7 @@ use crate::path::{Path, Reference};
 use crate::robot::{Pose, Robot, wrap_angle_rad};
 use crate::wheels::Wheels;
 
-use super::law::Target;
+use super::law::{Measured, Target};
 
 /// Leads the wheels along a path, one period at a time.
 pub struct Guidance {
@@ -18,6 +18,8 @@ pub struct Guidance {
     tick: u64,
     /// Wheel angles and speeds of the tick before.
     last: Target,
+    /// While braking: by how much the faster wheel slows down in a period, rad/s.
+    braking_step_rad_s: Option<f64>,
     /// The path at this tick and the two after it.
     ahead: [Reference; 3],
 }
@@ -69,7 +71,9 @@ impl Guidance {
     /// Leads a robot believed to be `robot` along `path`.
     pub fn new(path: Path, robot: Robot, period_s: f64, pose_loop: PoseLoop, sampling: Sampling) -> Self {
         let ahead = [Reference::default(); 3];
-        let mut guidance = Self { path, robot, period_s, pose_loop, sampling, tick: 0, last: Target::default(), ahead };
+        let last = Target::default();
+        let mut guidance =
+            Self { path, robot, period_s, pose_loop, sampling, tick: 0, last, braking_step_rad_s: None, ahead };
         guidance.reset();
         guidance
     }
@@ -78,6 +82,7 @@ impl Guidance {
     pub fn reset(&mut self) {
         self.tick = 0;
         self.last = Target::default();
+        self.braking_step_rad_s = None;
         self.ahead = [0.0, 1.0, 2.0].map(|ticks| self.path.at(ticks * self.period_s));
     }
 
@@ -93,12 +98,33 @@ impl Guidance {
         self.ahead = [self.ahead[1], self.ahead[2], beyond];
     }
 
+    /// Leaves the path: from how the wheels turn now they are brought to rest,
+    /// the faster one at this deceleration and the other in proportion, so that
+    /// the robot stays on the arc that it is on.
+    pub fn brake(&mut self, measured: &Measured, deceleration_rad_s2: f64) {
+        let acceleration_rad_s2 = Wheels::default();
+        let Measured { angle_rad, speed_rad_s, .. } = *measured;
+        self.last = Target { angle_rad, speed_rad_s, acceleration_rad_s2 };
+        self.braking_step_rad_s = Some(deceleration_rad_s2 * self.period_s);
+    }
+
+    /// Whether the wheels are being brought to rest.
+    pub const fn is_braking(&self) -> bool {
+        self.braking_step_rad_s.is_some()
+    }
+
+    /// Whether the wheels are wanted to be at rest, and braking is over.
+    pub fn is_braked(&self) -> bool {
+        self.is_braking() && self.last.speed_rad_s == Wheels::default()
+    }
+
     /// How the wheels should turn at this tick, with the robot at `pose`.
     /// To be asked once a tick.
     pub fn target(&mut self, pose: &Pose) -> Target {
-        let target = match self.pose_loop {
-            PoseLoop::None => self.along_the_path(),
-            PoseLoop::Kanayama(gains) => self.towards_the_path(&gains, pose),
+        let target = match (self.braking_step_rad_s, self.pose_loop) {
+            (Some(step_rad_s), _) => self.to_rest(step_rad_s),
+            (None, PoseLoop::None) => self.along_the_path(),
+            (None, PoseLoop::Kanayama(gains)) => self.towards_the_path(&gains, pose),
         };
         self.last = target;
         target
@@ -128,7 +154,19 @@ impl Guidance {
         let wanted = gains.wheel_speeds(&self.robot, &self.ahead[0], pose);
         let step = gains.wheel_acceleration_limit_rad_s2 * self.period_s;
         let last = self.last.speed_rad_s;
-        let speed_rad_s = last + (wanted - last).map(|change| change.clamp(-step, step));
+        self.on_to(last + (wanted - last).map(|change| change.clamp(-step, step)))
+    }
+
+    fn to_rest(&self, step_rad_s: f64) -> Target {
+        let last = self.last.speed_rad_s;
+        let fastest_rad_s = last.right.abs().max(last.left.abs());
+        let share = if fastest_rad_s > step_rad_s { 1.0 - step_rad_s / fastest_rad_s } else { 0.0 };
+        self.on_to(last * share)
+    }
+
+    /// A period on from the last target, to this speed.
+    fn on_to(&self, speed_rad_s: Wheels<f64>) -> Target {
+        let last = self.last.speed_rad_s;
         Target {
             angle_rad: self.last.angle_rad + (speed_rad_s + last) * (0.5 * self.period_s),
             speed_rad_s,
@@ -194,5 +232,76 @@ impl Kanayama {
             speed.clamp(-self.speed_limit_m_s, self.speed_limit_m_s),
             yaw_rate.clamp(-self.yaw_rate_limit_rad_s, self.yaw_rate_limit_rad_s),
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::tests::{PERIOD_S, circle, robot};
+
+    fn guidance(pose_loop: PoseLoop, sampling: Sampling) -> Guidance {
+        Guidance::new(circle(), robot(), PERIOD_S, pose_loop, sampling)
+    }
+
+    fn turning(right_rad_s: f64, left_rad_s: f64) -> Measured {
+        let speed_rad_s = Wheels { right: right_rad_s, left: left_rad_s };
+        Measured { angle_rad: Wheels { right: 10.0, left: 8.0 }, speed_rad_s, ..Measured::default() }
+    }
+
+    #[test]
+    fn braking_goes_on_from_how_the_wheels_turn_and_keeps_to_the_arc() {
+        for way in [1.0, -1.0] {
+            let mut guidance = guidance(PoseLoop::None, Sampling::OverBus);
+            guidance.target(&Pose::default());
+            assert!(!guidance.is_braking() && !guidance.is_braked());
+            guidance.brake(&turning(2.0 * way, -1.0 * way), 5.0);
+            assert!(guidance.is_braking() && !guidance.is_braked());
+            let target = guidance.target(&Pose::default());
+            let step_rad_s = 5.0 * PERIOD_S;
+            assert!((target.speed_rad_s.right - way * (2.0 - step_rad_s)).abs() < 1e-12);
+            assert!((target.speed_rad_s.left + 0.5 * target.speed_rad_s.right).abs() < 1e-12);
+            assert!((target.acceleration_rad_s2.right + 5.0 * way).abs() < 1e-9);
+            let moved_rad = way * (2.0 - 0.5 * step_rad_s) * PERIOD_S;
+            assert!((target.angle_rad.right - 10.0 - moved_rad).abs() < 1e-12);
+            assert!((target.angle_rad.left - 8.0 + 0.5 * moved_rad).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_slower_wheel_may_be_either() {
+        let mut guidance = guidance(PoseLoop::None, Sampling::OverBus);
+        guidance.brake(&turning(0.5, 2.0), 5.0);
+        let target = guidance.target(&Pose::default());
+        assert!((target.speed_rad_s.left - 2.0 + 5.0 * PERIOD_S).abs() < 1e-12);
+    }
+
+    #[test]
+    fn braking_ends_at_rest_after_the_speed_over_the_deceleration_whatever_led_before() {
+        for pose_loop in [PoseLoop::None, PoseLoop::Kanayama(Kanayama::default())] {
+            let mut guidance = guidance(pose_loop, Sampling::OverBus);
+            guidance.brake(&turning(2.0, 1.0), 5.0);
+            let mut ticks = 0;
+            while !guidance.is_braked() {
+                guidance.target(&Pose::default());
+                ticks += 1;
+            }
+            let expected = (2.0 / 5.0 / PERIOD_S).round() as i32;
+            assert!((ticks - expected).abs() <= 1, "{ticks} instead of {expected}");
+            let at_rest = guidance.target(&Pose::default());
+            assert_eq!((at_rest.speed_rad_s, at_rest.acceleration_rad_s2), (Wheels::default(), Wheels::default()));
+            assert_eq!(guidance.target(&Pose::default()), at_rest);
+        }
+    }
+
+    #[test]
+    fn who_begins_anew_brakes_no_more() {
+        let mut guidance = guidance(PoseLoop::None, Sampling::OverBus);
+        let first = guidance.target(&Pose::default());
+        guidance.brake(&turning(0.0, 0.0), 5.0);
+        guidance.target(&Pose::default());
+        guidance.reset();
+        assert!(!guidance.is_braking());
+        assert_eq!(guidance.target(&Pose::default()), first);
     }
 }

@@ -2,14 +2,12 @@
 //! over, not when a clock does. So the host's speed does not matter, and
 //! neither does the kind of bus between.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use crate::bus::{Arrival, Bus, BusError, ControllerState};
 use crate::event::{BusFrame, Event, Sink};
 use crate::frame::Frame;
 use crate::run::outlet::Outlet;
-use crate::run::{Clock, End, Ended};
-use crate::safety::Reason;
+use crate::run::{Clock, End, Ended, StopSwitch, StopWish};
+use crate::safety::{Operator, Reason, State};
 use crate::schema::{StepEnd, StepEndCodec};
 use crate::stack::Stack;
 use crate::time::{Duration, Instant};
@@ -50,10 +48,16 @@ impl<'r, S: Sink> LockStep<'r, S> {
         }
     }
 
-    /// Runs until the other side has had enough, or `stop` says so. The last
-    /// thing the drives hear is to let go.
-    pub fn run(mut self, stop: &AtomicBool) -> Ended {
+    /// Runs until the other side has had enough, or somebody pressed `stop`. The
+    /// last thing the drives hear is to let go.
+    pub fn run(mut self, stop: &StopSwitch) -> Ended {
         let end = loop {
+            if stop.wish().is_some() {
+                self.stack.operate(Operator::Stop);
+                if self.stack.state() != State::Stopping {
+                    break End::Stopped;
+                }
+            }
             let now = self.stack.next_wakeup();
             self.stack.handle_wakeup(now);
             match self.step(now, stop) {
@@ -85,11 +89,13 @@ impl<'r, S: Sink> LockStep<'r, S> {
 
     /// Sends what the stack has to say and hands it the answers, up to the
     /// marker.
-    fn step(&mut self, now: Instant, stop: &AtomicBool) -> Result<StepEnd, End> {
+    fn step(&mut self, now: Instant, stop: &StopSwitch) -> Result<StepEnd, End> {
         let deadline = self.clock.now() + self.patience;
         loop {
             let unsent = self.drain(now).err();
-            if stop.load(Ordering::Relaxed) {
+            // Who can brake goes on with the step first.
+            let can_brake = self.stack.state().lets_torque_flow() && stop.wish() == Some(StopWish::Brake);
+            if stop.wish().is_some() && !can_brake {
                 return Err(End::Stopped);
             }
             // Whatever else there is to hear.
@@ -107,9 +113,8 @@ impl<'r, S: Sink> LockStep<'r, S> {
                 }
                 // A side that has gone may have said before that all is over.
                 (_, Some(error)) | (Err(error), None) => return Err(End::Lost(error)),
-                (Ok(Some((_, Arrival::Down | Arrival::State(ControllerState::BusOff)))), None) => {
-                    self.stack.trip(Reason::BusLost);
-                }
+                (Ok(Some((_, Arrival::Down))), None) => self.stack.trip(Reason::BusLost),
+                (Ok(Some((_, Arrival::State(ControllerState::BusOff)))), None) => self.stack.trip(Reason::BusOff),
                 (Ok(Some((_, Arrival::Lost(frames)))), None) => self.outlet.counts.lost += u64::from(frames),
                 (Ok(_), None) => {}
             }

@@ -10,6 +10,7 @@ mod outlet;
 mod priority;
 mod punctuality;
 mod realtime;
+mod stop_switch;
 mod tap;
 
 pub use clock::Clock;
@@ -18,4 +19,5 @@ pub use lockstep::LockStep;
 pub use priority::{DEGRADED, Degraded, raise};
 pub use punctuality::{LoopFigures, Punctuality, Spread};
 pub use realtime::RealTime;
+pub use stop_switch::{StopSwitch, StopWish};
 pub use tap::{Drain, Tap, tap};

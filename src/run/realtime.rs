@@ -4,14 +4,12 @@
 //! comes first. It takes no lock, no memory, and makes no text; what it has to
 //! tell goes to a [`Sink`] that keeps to the same rules.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use crate::bus::{Arrival, Bus, BusError, ControllerState};
 use crate::event::{BusFrame, Event, Notice, Sink, Timing};
 use crate::frame::Frame;
 use crate::run::outlet::Outlet;
-use crate::run::{Clock, End, Ended};
-use crate::safety::{Reason, State};
+use crate::run::{Clock, End, Ended, StopSwitch, StopWish};
+use crate::safety::{Operator, Reason, State};
 use crate::stack::Stack;
 use crate::time::{Duration, Instant};
 
@@ -53,10 +51,10 @@ impl<'r, S: Sink> RealTime<'r, S> {
         }
     }
 
-    /// Runs until `until`, or until `stop` says so, or until the stack has
-    /// tripped. The last thing the drives hear is to let go, also when
-    /// something in here panics.
-    pub fn run(mut self, stop: &AtomicBool, until: Instant) -> Ended {
+    /// Runs until `until`, or until somebody pressed `stop`, and brakes to rest
+    /// then; or until the stack has tripped. The last thing the drives hear is
+    /// to let go, also when something in here panics.
+    pub fn run(mut self, stop: &StopSwitch, until: Instant) -> Ended {
         let looped = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.go_on(stop, until)));
         let state = self.stack.state();
         self.outlet.give_up(&mut self.stack);
@@ -68,8 +66,8 @@ impl<'r, S: Sink> RealTime<'r, S> {
         Ended { end, state, bus: self.outlet.counts }
     }
 
-    fn go_on(&mut self, stop: &AtomicBool, until: Instant) -> End {
-        let mut tripped_at = None;
+    fn go_on(&mut self, stop: &StopSwitch, until: Instant) -> End {
+        let (mut tripped_at, mut ending) = (None, None);
         loop {
             let now = self.clock.now();
             if let Err(error) = self.drain(now) {
@@ -78,19 +76,29 @@ impl<'r, S: Sink> RealTime<'r, S> {
                     BusError::Full | BusError::Down => self.stack.trip(Reason::BusLost),
                 }
             }
-            if stop.load(Ordering::Relaxed) {
-                return End::Stopped;
-            }
-            if now >= until {
-                return End::Over;
-            }
-            if matches!(self.stack.state(), State::Tripped(_)) && now - *tripped_at.get_or_insert(now) >= FAREWELL {
-                return End::Tripped;
+            ending = ending.or_else(|| self.begin_to_end(stop, now >= until));
+            match (self.stack.state(), ending.take()) {
+                (_, Some(_)) if stop.wish() == Some(StopWish::LetGo) => return End::Stopped,
+                (State::Tripped(_), _) if now - *tripped_at.get_or_insert(now) >= FAREWELL => return End::Tripped,
+                (State::Tripped(_) | State::Stopping, wanted) => ending = wanted,
+                (_, Some(end)) => return end,
+                (_, None) => {}
             }
             if let Err(error) = self.wait(now) {
                 return End::Lost(error);
             }
         }
+    }
+
+    /// Somebody wants the run to end, or its time is up: the stack brakes.
+    fn begin_to_end(&mut self, stop: &StopSwitch, is_over: bool) -> Option<End> {
+        let end = match stop.wish() {
+            Some(_) => End::Stopped,
+            None if is_over => End::Over,
+            None => return None,
+        };
+        self.stack.operate(Operator::Stop);
+        Some(end)
     }
 
     /// Waits for what comes next, and lets the stack have it.
@@ -99,7 +107,8 @@ impl<'r, S: Sink> RealTime<'r, S> {
         let pause = if self.outlet.is_blocked() { SOON } else { LOOK_UP };
         match self.bus.receive(wakeup.min(now + pause))? {
             Some((at, Arrival::Frame(frame))) => self.take(at, &frame),
-            Some((_, Arrival::Down | Arrival::State(ControllerState::BusOff))) => self.stack.trip(Reason::BusLost),
+            Some((_, Arrival::Down)) => self.stack.trip(Reason::BusLost),
+            Some((_, Arrival::State(ControllerState::BusOff))) => self.stack.trip(Reason::BusOff),
             Some((at, Arrival::Lost(frames))) => {
                 self.outlet.counts.lost += u64::from(frames);
                 let text = "frames were lost on the way here, for want of room";

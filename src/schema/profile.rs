@@ -292,6 +292,11 @@ impl Profile {
         matches!(self.roles.get(id), Some((Role::Feedback(_), _)))
     }
 
+    /// Whether drives send frames of this id.
+    pub fn is_sent_by_drives(&self, id: CanId) -> bool {
+        matches!(self.roles.get(id), Some((Role::Feedback(_) | Role::Heartbeat | Role::Fault, _)))
+    }
+
     /// The ids of all that drives send.
     pub fn drive_ids(&self) -> impl Iterator<Item = CanId> {
         let mut ids = Vec::new();

@@ -4,10 +4,10 @@ use crate::bus::read_bit_rate;
 use crate::config::{Bound, Document, Problem, Problems, Reader, Section};
 use crate::control::ControllerConfig;
 use crate::robot::{Pose, Robot};
-use crate::safety::Limits;
+use crate::safety::{Grounds, Limits};
 use crate::schema::{Motor, Nameplate, Profile};
 use crate::time::Duration;
-use crate::wheels::Wheel;
+use crate::wheels::{Wheel, Wheels};
 
 /// All that a stack needs to know.
 #[derive(Clone, Debug)]
@@ -85,14 +85,26 @@ impl StackConfig {
         let controller = ControllerConfig::read(root, robot, period.as_secs_f64());
         profile.fit(&drive.motor(controller.belief.gear_ratio));
         check_torque_limit(&section, &drive, &profile);
-        Self {
-            period,
-            start: Pose::read(&root.section("start")),
-            controller,
-            drive,
-            profile,
-            safety: Limits::read(&root.section("safety"), drive.torque_limit_nm),
-        }
+        let grounds = grounds(&drive, &profile, &controller);
+        let safety = Limits::read(&root.section("safety"), &grounds);
+        Self { period, start: Pose::read(&root.section("start")), controller, drive, profile, safety }
+    }
+}
+
+/// What limits are made from that are not given.
+fn grounds<'p>(drive: &DriveConfig, profile: &'p Profile, controller: &ControllerConfig) -> Grounds<'p> {
+    let mass = controller.belief.mass_matrix();
+    let by_one = |torque: Wheels<f64>| mass.solve(torque * drive.torque_limit_nm).map(f64::abs);
+    let most = by_one(Wheels { right: 1.0, left: 0.0 }) + by_one(Wheels { right: 0.0, left: 1.0 });
+    let step_rad =
+        |wheel: Wheel| profile.position_scale(wheel).map_or(0.0, |scale| scale.resolution * scale.rad_per_unit);
+    Grounds {
+        profile_name: &profile.name,
+        torque_limit_nm: drive.torque_limit_nm,
+        heartbeat_period: profile.heartbeat_period,
+        position_step_rad: Wheel::BOTH.map(step_rad).into_iter().fold(0.0, f64::max),
+        acceleration_rad_s2: most.right.max(most.left),
+        period_s: controller.period_s,
     }
 }
 

@@ -4,7 +4,6 @@
 use super::Stack;
 use super::remainder::Remainder;
 use crate::estimator::Sample;
-use crate::safety::State;
 use crate::schema::{Acts, Applied, Asks, Command, Conversation, DriveState, Message, Request};
 use crate::time::Duration;
 use crate::wheels::{Wheel, Wheels};
@@ -17,8 +16,8 @@ impl Stack {
         self.drives.left.begin_period(self.ticks > 0);
         self.send_sync();
         if self.profile.acts == Acts::OnArrival {
-            let is_running = self.gate.state() == State::Running;
-            self.speak(if is_running { self.held_nm } else { Wheels::default() });
+            let flows = self.chain.state().lets_torque_flow();
+            self.speak(if flows { self.held_nm } else { Wheels::default() });
         }
         self.in_force_nm = [self.commanded_nm, self.in_force_nm[0]];
         if self.profile.asks == Asks::ByPoll {
@@ -63,7 +62,7 @@ impl Stack {
     /// were asked to be in.
     pub(super) fn believe_silent_drives(&mut self) {
         if !self.profile.tells_state {
-            let wish = if self.request() == Request::Enable { DriveState::Enabled } else { DriveState::Ready };
+            let wish = if self.chain.request() == Request::Enable { DriveState::Enabled } else { DriveState::Ready };
             let state = self.profile.conversation.state_meaning(wish);
             self.drives = self.drives.map(|drive| drive.believed_in(state));
         }
@@ -80,19 +79,19 @@ impl Stack {
     /// What the gate lets through of a torque, N m, and of what the commands
     /// before could not say.
     pub(super) fn pass(&mut self, wanted_nm: Wheels<f64>) -> Wheels<f64> {
-        if !self.profile.carries_remainder || self.gate.state() != State::Running {
+        if !self.profile.carries_remainder || !self.chain.state().lets_torque_flow() {
             self.remainder = Remainder::default();
-            return self.gate.pass(wanted_nm);
+            return self.chain.pass(wanted_nm);
         }
         let asked_nm = self.remainder.added_to(wanted_nm);
-        let sent_nm = self.gate.pass(asked_nm);
+        let sent_nm = self.chain.pass(asked_nm);
         self.remainder.settle(&self.profile, asked_nm, sent_nm);
         sent_nm
     }
 
     /// Sends both drives a torque, N m, and what leads to the state wanted.
     pub(super) fn speak(&mut self, torque_nm: Wheels<f64>) {
-        let request = self.request();
+        let request = self.chain.request();
         let states = self.drives.map(|drive| drive.state.unwrap_or(Conversation::FIRST));
         let commands = Wheels::from_fn(|wheel| {
             let counter = self.command_counters[wheel];
@@ -111,6 +110,6 @@ impl Stack {
             self.frames.extend(words.map(|word| self.profile.encode(&Message::Word(wheel, word))));
         }
         self.commanded_nm = torque_nm;
-        self.clear_fault_wanted = false;
+        self.chain.request_was_sent();
     }
 }

@@ -9,7 +9,7 @@ import sys
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
-TRIPPED = 4
+TRIPPED = 10
 
 with open(sys.argv[1], "rb") as log:
     reader = make_reader(log, validate_crcs=True, decoder_factories=[DecoderFactory()])

@@ -4,7 +4,6 @@ mod report;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::atomic::AtomicBool;
 
 use self::report::{LogFigures, Reader, Summary, cannot_log, open_log, word};
 use super::{say, seconds, stop};
@@ -13,10 +12,10 @@ use crate::config::{Problem, Problems};
 use crate::event::{Event, Sink};
 use crate::frame::CanId;
 use crate::log::McapLog;
-use crate::run::{self, Clock, Degraded, End, Ended, LockStep, Punctuality, RealTime, tap};
-use crate::safety::State;
+use crate::run::{self, Clock, Degraded, End, Ended, LockStep, Punctuality, RealTime, StopSwitch, tap};
+use crate::safety::{Operator, State};
 use crate::schema::{Profile, StepEndCodec};
-use crate::stack::{Operator, RobotFile, Stack};
+use crate::stack::{RobotFile, Stack};
 use crate::time::Instant;
 
 /// What `canloop drive` is given.
@@ -27,7 +26,8 @@ Examples:
   canloop drive --bus vcan0 --config robot.toml --pace lockstep
   canloop drive --bus tcp://127.0.0.1:29536/can0 --config robot.toml --pace lockstep --log run.mcap
 
-Ctrl-C sends zero torque and disables the drives before anything else.
+Ctrl-C and SIGTERM brake the robot to rest and disable the drives; once more
+takes the torque away at once.
 Where the configuration has bus.bitrate_bit_s, an interface with another bit
 rate is refused.
 Exit status: 0 the run ended as it should, 1 the stack tripped or the other
@@ -163,7 +163,7 @@ fn realtime(
     bus: &mut dyn Bus,
     reader: &mut Reader,
     clock: Clock,
-    stop: &AtomicBool,
+    stop: &StopSwitch,
     until: Instant,
 ) -> (Ended, Vec<String>) {
     let (mut tap, mut drain) = tap();
