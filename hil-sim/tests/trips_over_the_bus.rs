@@ -151,7 +151,7 @@ const TRIPS: [Trip; 16] = [
     },
     Trip {
         reason: Reason::EnableTimeout,
-        cause: "the left drive gets no command",
+        cause: "the left drive gets no command; limit 0.1 s",
         overrides: &["safety.enable_timeout_s=0.1"],
         act: |rig| {
             // Anew, and from the beginning this time.

@@ -14,7 +14,11 @@ PERIOD_US = 5000
 SECONDS = 4
 FRAMES = 200_000
 # Nothing here may trip on a busy machine.
-PATIENT = ["--set", "safety.overrun_periods=1000", "--set", "safety.feedback_timeout_periods=1000"]
+PATIENT = [
+    "--set", "safety.overrun_periods=1000",
+    "--set", "safety.feedback_timeout_periods=1000",
+    "--set", "safety.heartbeat_timeout_s=10",
+]
 SCENARIO = common.ROOT / "hil-sim/scenarios/dac-friction.toml"
 
 

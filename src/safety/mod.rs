@@ -2,15 +2,12 @@
 //! the last gate before a torque leaves.
 //!
 //! ```text
-//!                enable                 both enabled
-//!   Boot -> Stopped -> Enabling ----------------------> Running
-//!              ^  ^      |   |                            |
-//!              |  |______|   |         at rest            | stop
-//!              |   stop      |      ______________ Stopping
-//!              |_____________|_____|                 |
-//!        reset |             | a watch finds something: torque zero at once
-//!              |             v                       v
-//!            Tripped(reason) <------------------------
+//!             enable      enabled       stop        at rest
+//!   Boot -> Stopped -> Enabling -> Running -> Stopping -> Stopped
+//!              ^           |          |           |
+//!        reset |           +----------+-----------+  a watch finds something
+//!              |                      v
+//!              +--------------- Tripped(reason)      torque zero, latched
 //! ```
 //!
 //! A trip is latched. Only a reset leaves it, for `Stopped` and never for

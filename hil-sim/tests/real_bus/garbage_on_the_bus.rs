@@ -1,6 +1,6 @@
 //! Somebody else on the bus sends what he likes, as fast as he can. What is
-//! corrupt or nobody's business changes nothing; what passes for a frame of
-//! the stack or the drives stops the robot, and it stays stopped.
+//! nobody's business changes nothing; what is sent in a drive's name, corrupt
+//! or not, stops the robot, and it stays stopped.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -66,8 +66,8 @@ impl Noise {
         self.0
     }
 
-    /// A frame of any kind, length and contents; half of them with an id of
-    /// the drives'.
+    /// A frame of any kind, length and contents; half of them with one of
+    /// these ids.
     fn frame(&mut self, ids: &[u16]) -> Frame {
         let number = self.next();
         let id = match number % 4 {
@@ -89,22 +89,24 @@ impl Noise {
     }
 }
 
-/// Ids of the profile's messages, and that of the marker.
-const IDS: [u16; 10] = [128, 129, 130, 385, 386, 513, 514, 1793, 1794, 2046];
+/// Ids of what the stack sends, and that of the marker.
+const STACK_IDS: [u16; 4] = [128, 513, 514, 2046];
+/// Ids of what drives send.
+const DRIVE_IDS: [u16; 6] = [129, 130, 385, 386, 1793, 1794];
 
 const MARKER: CanId = CanId::Standard(2046);
 
 #[test]
-fn what_is_corrupt_or_nobody_s_business_changes_no_frame_of_the_run() {
+fn what_is_nobody_s_business_or_a_corrupt_frame_of_the_stack_changes_no_frame_of_the_run() {
     let bench = Bench::over_tcp();
     let run = bench.rig.hil_sim(&[["run", "dac-friction", "--no-log", "--out", "alone"].as_slice(), &FOR_4_S].concat());
     run.expect_status(0);
     let serve = bench.serve(&[["--no-log"].as_slice(), &FOR_4_S].concat());
     let (profile, mut noise) = (Profile::builtin("wheel_drive").expect("it is built in"), Noise(1));
     let troublemaker = Troublemaker::start(bench.address(), move |_| {
-        let frame = noise.frame(&IDS);
+        let frame = noise.frame(&STACK_IDS);
         let passes = profile.decode(&frame).is_ok() || (frame.id == MARKER && frame.len() == 5);
-        (!passes).then_some(frame)
+        (!passes && !profile.is_sent_by_drives(frame.id)).then_some(frame)
     });
     let drive = bench.drive(&[]).finish().expect_status(0);
     let sent = troublemaker.stop();
@@ -113,6 +115,16 @@ fn what_is_corrupt_or_nobody_s_business_changes_no_frame_of_the_run() {
     assert!(serve.stdout.contains("frames that were corrupt or not meant for the drives"), "{}", serve.stdout);
     assert!(drive.stdout.contains("could not be decoded") && !drive.stdout.contains("tripped"), "{}", drive.stdout);
     assert_eq!(bench.rig.summary("runs")["frames_blake3"], bench.rig.summary("alone")["frames_blake3"]);
+}
+
+#[test]
+fn corrupt_frames_in_the_drives_names_stop_the_robot_for_good() {
+    let (profile, mut noise) = (Profile::builtin("wheel_drive").expect("it is built in"), Noise(2));
+    let drive = drive_beside_trouble(move |_| {
+        let frame = noise.frame(&DRIVE_IDS);
+        profile.decode(&frame).is_err().then_some(frame)
+    });
+    assert!(drive.stdout.contains("tripped: too many frames of the drives were damaged"), "{}", drive.stdout);
 }
 
 #[test]
@@ -137,18 +149,25 @@ fn replayed_faults_and_heartbeats_and_all_else_stop_the_robot_for_good() {
 /// and that `are_wanted`. The robot has to trip and to stay so.
 #[track_caller]
 fn drive_beside_a_replay(are_wanted: fn(&Message) -> bool) -> Run {
-    let bench = Bench::over_tcp();
-    let mut serve = bench.serve(&["--set", "duration_s=1e4", "--dead-man-s", "3"]);
-    let drive = bench.drive(&["--log", "drive.mcap", "--dead-man-s", "3"]);
-    serve.wait_for_bytes(&bench.rig.path("runs/run.mcap"), 300_000);
     let profile = Profile::builtin("wheel_drive").expect("it is built in");
     let (mut heard, mut number) = (Vec::new(), 0);
-    let troublemaker = Troublemaker::start(bench.address(), move |frame| {
+    drive_beside_trouble(move |frame| {
         let wanted = frame.filter(|frame| heard.len() < 100 && profile.decode(frame).is_ok_and(|m| are_wanted(&m)));
         heard.extend(wanted);
         number += 1;
         (heard.len() == 100).then(|| heard[number % 100])
-    });
+    })
+}
+
+/// Drives, and once the robot is under way somebody sends what `next` makes of
+/// each frame that he has heard. The robot has to trip and to stay so.
+#[track_caller]
+fn drive_beside_trouble(next: impl FnMut(Option<Frame>) -> Option<Frame> + Send + 'static) -> Run {
+    let bench = Bench::over_tcp();
+    let mut serve = bench.serve(&["--set", "duration_s=1e4", "--dead-man-s", "3"]);
+    let drive = bench.drive(&["--log", "drive.mcap", "--dead-man-s", "3"]);
+    serve.wait_for_bytes(&bench.rig.path("runs/run.mcap"), 300_000);
+    let troublemaker = Troublemaker::start(bench.address(), next);
     serve.wait_until("the robot trips", |_| drive.told().contains("tripped"));
     // A replayed enable must not bring motion back either.
     let size = bench.rig.path("runs/run.mcap").metadata().expect("there is a log").len();

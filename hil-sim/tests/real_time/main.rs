@@ -31,7 +31,14 @@ use crate::with_can::run_where_there_is;
 static TURN: Mutex<()> = Mutex::new(());
 
 /// Lateness that never trips.
-const PATIENT: [&str; 4] = ["--set", "safety.overrun_periods=200", "--set", "safety.feedback_timeout_periods=200"];
+const PATIENT: [&str; 6] = [
+    "--set",
+    "safety.overrun_periods=200",
+    "--set",
+    "safety.feedback_timeout_periods=200",
+    "--set",
+    "safety.heartbeat_timeout_s=5.0",
+];
 
 /// A profile whose drives wait for their commands for a second.
 fn patient_profile(bench: &Bench) -> [String; 2] {

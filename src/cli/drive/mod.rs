@@ -15,7 +15,7 @@ use crate::log::McapLog;
 use crate::run::{self, Clock, Degraded, End, Ended, LockStep, Punctuality, RealTime, StopSwitch, tap};
 use crate::safety::{Operator, State};
 use crate::schema::{Profile, StepEndCodec};
-use crate::stack::{RobotFile, Stack};
+use crate::stack::{RobotFile, Stack, StackConfig};
 use crate::time::Instant;
 
 /// What `canloop drive` is given.
@@ -87,6 +87,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Problems> {
         stack.operate(Operator::Reset);
     }
     stack.operate(Operator::Enable);
+    say_unwatched(config);
     let stop = stop::listen();
     let (ended, degraded) = match args.pace {
         Pace::Lockstep => (LockStep::new(stack, bus.as_mut(), &mut reader, clock, patience).run(stop), Vec::new()),
@@ -145,6 +146,14 @@ fn conclude(args: &Args, Ended { end, state, .. }: &Ended) -> ExitCode {
     };
     say(words);
     ExitCode::from(code)
+}
+
+/// What could go wrong unseen is not left unsaid.
+fn say_unwatched(config: &StackConfig) {
+    let keys: Vec<&str> = config.safety.unwatched().collect();
+    if !keys.is_empty() {
+        say(format_args!("not watched, because [safety] gives no limit: {}", keys.join(", ")));
+    }
 }
 
 fn say_counts(Ended { bus, .. }: &Ended) {
