@@ -255,7 +255,7 @@ mod tests {
             let mut guidance = guidance(PoseLoop::None, Sampling::OverBus);
             guidance.target(&Pose::default());
             assert!(!guidance.is_braking() && !guidance.is_braked());
-            guidance.brake(&turning(2.0 * way, -1.0 * way), 5.0);
+            guidance.brake(&turning(2.0 * way, -way), 5.0);
             assert!(guidance.is_braking() && !guidance.is_braked());
             let target = guidance.target(&Pose::default());
             let step_rad_s = 5.0 * PERIOD_S;
