@@ -17,6 +17,7 @@ mod pattern;
 mod profile;
 mod profile_check;
 mod profile_codec;
+mod profile_overrides;
 mod profile_reader;
 mod quantities;
 mod role_table;

@@ -46,9 +46,9 @@ const APPLIED: [(&str, Applied); 3] =
 const ROUNDINGS: [(&str, Rounding); 2] = [("nearest", Rounding::Nearest), ("truncate", Rounding::TowardsZero)];
 
 const SYNC_KEYS: [&str; 3] = ["message", "counter", "crc"];
-const COMMAND_KEYS: [&str; 10] =
-    ["shortest", "remainder", "message", "acts", "torque", "torque_unit", "torque_at", "constants", "counter", "crc"];
-const FEEDBACK_KEYS: [&str; 18] = [
+const COMMAND_KEYS: [&str; 11] = [
+    "shortest", "remainder", "message", "acts", "torque", "torque_unit", "torque_at", "constants", "mode", "counter", "crc"];
+const FEEDBACK_KEYS: [&str; 19] = [
     "message",
     "shortest",
     "constants",
@@ -65,6 +65,7 @@ const FEEDBACK_KEYS: [&str; 18] = [
     "state",
     "shown_as",
     "fault",
+    "mode",
     "counter",
     "crc",
 ];
@@ -195,8 +196,16 @@ impl<'r> ProfileReader<'r> {
             let counter = self.counter(section, message);
             let envelope = linker.envelope(section, message);
             let constants = self.constants(section, message);
+            let mode = self.mode(section, message);
             let words = self.conversation.in_command(linker, message)?;
-            Some(CommandRole { envelope: envelope?, torque: torque?, constants: constants?, words, counter: counter? })
+            Some(CommandRole {
+                envelope: envelope?,
+                torque: torque?,
+                constants: constants?,
+                words,
+                mode: mode?,
+                counter: counter?,
+            })
         })
     }
 
@@ -231,6 +240,7 @@ impl<'r> ProfileReader<'r> {
                 if has_torque { self.torque(section, "torque_applied", message).map(Some) } else { Some(None) };
             let state = self.conversation.state_field(section, linker, message);
             let fault = self.conversation.fault_field(section, linker, message);
+            let mode = self.mode(section, message);
             let counter = self.counter(section, message);
             let constants = self.constants(section, message);
             let role = FeedbackRole {
@@ -242,6 +252,7 @@ impl<'r> ProfileReader<'r> {
                 torque_applied: torque?,
                 state: state?,
                 fault: fault?,
+                mode: mode?,
                 counter: counter?,
             };
             Some((message.layout.cycle, role))
@@ -298,6 +309,15 @@ impl<'r> ProfileReader<'r> {
     fn counter(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Option<super::signal::Signal>> {
         let asked = section.has("counter").then(|| self.linker.counter(section, "counter", message));
         asked.map_or(Some(None), |linked| linked.map(Some))
+    }
+
+    fn mode(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Option<super::signal::Signal>> {
+        if !section.has("mode") {
+            return Some(None);
+        }
+        let signal = self.linker.signal(section, "mode", message)?;
+        self.linker.unless(!signal.is_integer(), section, "mode", &signal, "a whole number, factor 1, offset 0")?;
+        Some(Some(signal))
     }
 
     fn torque(&self, section: &Section<'_>, key: &str, message: Linked<'_>) -> Option<Torque> {
