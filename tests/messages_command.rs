@@ -25,6 +25,21 @@ fn a_profile_of_one_s_own_is_found_by_its_path() {
 }
 
 #[test]
+fn a_robot_s_file_shows_the_messages_with_the_ids_of_its_own_drives() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let path = folder.path().join("robot.toml");
+    let robot = include_str!("../hil-sim/scenarios/dac-friction.toml");
+    let own =
+        robot.replace("profile = \"wheel_drive\"", "profile = \"wheel_drive\"\nnode_ids = { right = 5, left = 6 }");
+    std::fs::write(&path, own).expect("the folder is writable");
+    let output = messages(&[path.to_str().expect("a UTF-8 path")]);
+    let table = String::from_utf8(output.stdout).expect("text");
+    for (id, message) in [("080", "Sync"), ("205", "RightCommand"), ("186", "LeftFeedback"), ("706", "LeftHeartbeat")] {
+        assert!(table.contains(&format!("| `0x{id}` | {message} |")), "{message} is not {id} in\n{table}");
+    }
+}
+
+#[test]
 fn a_profile_that_does_not_exist_is_bad_input() {
     for name in ["weel_drive", "no-such-file.toml"] {
         let output = messages(&[name]);

@@ -158,25 +158,15 @@ impl Overrides<'_> {
         if !listed.has(key) {
             let constants = listed.keys().iter().map(|known| format!("`{known}`")).collect::<Vec<_>>().join(", ");
             let of = format!("of the profile `{name}`");
-            chosen.complain(
-                key,
-                &match constants.as_str() {
-                    "" => format!("found a constant, but commands {of} have none"),
-                    known => format!("found no such constant in commands {of}, expected {known}"),
-                },
-            );
+            let found = match constants.as_str() {
+                "" => format!("found a constant, but commands {of} have none"),
+                known => format!("found no such constant in commands {of}, expected {known}"),
+            };
+            chosen.complain(key, &found);
             return None;
         }
         let values: Vec<String> = listed.items(key).iter().map(written).collect();
-        let wanted = chosen.items(key);
-        let [wanted] = wanted.as_slice() else {
-            // What is no value at all was reported.
-            if wanted.len() > 1 {
-                chosen.complain(key, &format!("found {} values, expected one of {}", wanted.len(), values.join(", ")));
-            }
-            return None;
-        };
-        let wanted = written(wanted);
+        let wanted = written(&chosen.one_item(key)?);
         if !values.contains(&wanted) {
             let expected = format!("expected {}, as the profile `{name}` lists", values.join(" or "));
             chosen.complain(key, &format!("found {wanted}, {expected}"));
