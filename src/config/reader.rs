@@ -183,7 +183,7 @@ impl<'r> Section<'r> {
         }
     }
 
-    /// The value under `key`, if it is given. An array is none.
+    /// The value under `key`, if it is given; an array will not do.
     pub fn one_item(&self, key: &str) -> Option<Item<'r>> {
         let entry = self.get(key)?;
         self.item(key, join(&self.path, key), &entry.node)

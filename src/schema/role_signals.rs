@@ -16,6 +16,7 @@ pub(super) struct RoleSignals<'r> {
 }
 
 impl RoleSignals<'_> {
+    /// What the message always says.
     pub fn constants(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Vec<Field>> {
         let constants = section.section("constants");
         constants.allow(&constants.keys());
@@ -26,11 +27,13 @@ impl RoleSignals<'_> {
         fields.collect()
     }
 
+    /// The counter, if the role names one.
     pub fn counter(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Option<Signal>> {
         let asked = section.has("counter").then(|| self.linker.counter(section, "counter", message));
         asked.map_or(Some(None), |linked| linked.map(Some))
     }
 
+    /// The mode of operation, if the role names it.
     pub fn mode(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Option<Signal>> {
         if !section.has("mode") {
             return Some(None);
@@ -40,6 +43,7 @@ impl RoleSignals<'_> {
         Some(Some(signal))
     }
 
+    /// The torque under `key`, with a range that includes 0.
     pub fn torque(&self, section: &Section<'_>, key: &str, message: Linked<'_>) -> Option<Torque> {
         let unit = section.choice(&format!("{key}_unit"), &TORQUE_UNITS, false);
         let side = section.choice(&format!("{key}_at"), &SIDES, true);
@@ -53,6 +57,7 @@ impl RoleSignals<'_> {
         Some(torque)
     }
 
+    /// The position, fine enough to count with.
     pub fn position(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Position> {
         let unit = section.choice("position_unit", &POSITION_UNITS, true);
         let side = section.choice("position_at", &SIDES, true);
@@ -69,6 +74,7 @@ impl RoleSignals<'_> {
         Some(Position { signal, unit, side, units_per_count: 1.0, is_count: false, scale: PositionScale::default() })
     }
 
+    /// The speed.
     pub fn speed(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Speed> {
         let unit = section.choice("speed_unit", &SPEED_UNITS, true);
         let side = section.choice("speed_at", &SIDES, true);
