@@ -56,8 +56,8 @@ fn the_bus_and_the_log_have_the_robot_s_ids_and_the_mode_that_it_asks_for() {
     let wanted = [
         "000 NMT Node: 5 6",
         "080 Sync",
-        "185 RightTPDO1 Mode_Display: 0 4",
-        "186 LeftTPDO1 Mode_Display: 0 4",
+        "185 RightTPDO1 Mode_Display: 4",
+        "186 LeftTPDO1 Mode_Display: 4",
         "205 RightRPDO1 Mode_Of_Operation: 4",
         "206 LeftRPDO1 Mode_Of_Operation: 4",
         "285 RightTPDO2",
