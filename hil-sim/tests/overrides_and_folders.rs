@@ -255,10 +255,8 @@ fn a_tripped_stack_is_a_finding() {
 #[test]
 fn a_scenario_is_printed_as_one_file_that_runs_the_same() {
     let rig = Rig::new();
-    rig.write(
-        "mine.toml",
-        "base = \"dac-friction\"\nname = \"mine\"\nduration_s = 0.5\n[robot.load]\nmass_kg = 40.0\n",
-    );
+    let head = "base = \"dac-friction\"\nname = \"mine\"\nduration_s = 0.5\nexpect = []\n";
+    rig.write("mine.toml", &format!("{head}[robot.load]\nmass_kg = 40.0\n"));
     let printed = rig.hil_sim(&["scenario", "mine.toml", "--set", "seed=7"]).expect_status(0).stdout;
     assert!(printed.contains("seed = 7") && printed.contains("mass_kg = 40.0"), "{printed}");
     assert!(!printed.contains("base"), "it is based on nothing any more:\n{printed}");
