@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{Failure, check, paper, plant, run, serve};
+use crate::commands::{Failure, check, paper, plant, run, scenario, serve};
 
 /// Impersonates a robot's CAN motor drives, with the robot's dynamics behind them
 #[derive(Debug, Parser)]
@@ -24,6 +24,8 @@ enum Command {
     Serve(serve::Args),
     /// Run the plant alone, open loop, from a file of torques
     Plant(plant::Args),
+    /// Print a scenario as one file, with all that it is based on
+    Scenario(scenario::Args),
     /// Look through scenarios before they run
     Check(check::Args),
 }
@@ -35,6 +37,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Serve(args) => serve::run(&args),
         Command::Plant(args) => plant::run(&args),
+        Command::Scenario(args) => scenario::run(&args),
         Command::Check(args) => check::run(&args),
     };
     result.unwrap_or_else(|failure: Failure| failure.report())

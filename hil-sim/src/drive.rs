@@ -49,6 +49,8 @@ struct Memory {
     last_counter: Option<u8>,
     /// What the last command said.
     last_word: Option<WordId>,
+    /// The mode of operation; 0 before any was asked for.
+    mode: f64,
     periods_without_command: u32,
     without_command_s: f64,
     /// Torque in force, with the current loop's lag.
@@ -71,6 +73,7 @@ impl Memory {
         pending: None,
         last_counter: None,
         last_word: None,
+        mode: 0.0,
         periods_without_command: 0,
         without_command_s: 0.0,
         torque: Torque::constant(0.0),
@@ -112,6 +115,12 @@ impl Drive {
             self.step_state();
             self.put_into_force();
         }
+    }
+
+    /// Takes the mode of operation that a command asks for. One without torque
+    /// is entered as well: its commands ask for none.
+    pub fn take_mode(&mut self, mode: f64) {
+        self.memory.mode = mode;
     }
 
     /// Takes a word that came by itself.
@@ -187,6 +196,7 @@ impl Drive {
             }),
             state: Some(self.memory.state),
             fault: Some(self.memory.fault),
+            mode: Some(self.memory.mode),
             counter: None,
         }
     }

@@ -80,6 +80,9 @@ impl VirtualRobot {
             return began.right || began.left;
         }
         let Ok(message) = self.profile.decode(frame) else { return false };
+        for wheel in Wheel::BOTH {
+            self.profile.mode_said(wheel, frame).into_iter().for_each(|mode| self.drives[wheel].take_mode(mode));
+        }
         let begins = match message {
             Message::Sync { .. } => true,
             Message::Command(Wheel::Right, _) => !self.profile.has_sync() && !self.is_by_clock,

@@ -144,6 +144,20 @@ mod cia402 {
         }
     }
 
+    /// Object 0x6061 shows the mode that a drive is in, by that of 0x6060.
+    #[test]
+    fn its_mode_display_follows_the_mode_of_operation() {
+        let mut rig = operational();
+        for mode in ["00", "0A", "04", "01"] {
+            if mode != "00" {
+                rig.say(&format!("201#06000000{mode}"));
+            }
+            rig.pass_ms(5);
+            let answers = rig.say("080#");
+            assert_eq!((&last(&answers, "181")[12..14], &last(&answers, "182")[12..14]), (mode, "00"));
+        }
+    }
+
     #[test]
     fn a_torque_that_came_after_sync_waits_for_the_next() {
         let mut rig = enabled();

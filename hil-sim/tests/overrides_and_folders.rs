@@ -251,3 +251,20 @@ fn a_tripped_stack_is_a_finding() {
     assert_eq!(summary["state"], "tripped");
     assert!(findings(&summary).contains("a wheel was too far from where it should be"), "{summary}");
 }
+
+#[test]
+fn a_scenario_is_printed_as_one_file_that_runs_the_same() {
+    let rig = Rig::new();
+    let head = "base = \"dac-friction\"\nname = \"mine\"\nduration_s = 0.5\nexpect = []\n";
+    rig.write("mine.toml", &format!("{head}[robot.load]\nmass_kg = 40.0\n"));
+    let printed = rig.hil_sim(&["scenario", "mine.toml", "--set", "seed=7"]).expect_status(0).stdout;
+    assert!(printed.contains("seed = 7") && printed.contains("mass_kg = 40.0"), "{printed}");
+    assert!(!printed.contains("base"), "it is based on nothing any more:\n{printed}");
+    rig.write("whole.toml", &printed);
+    let hashes = ["mine.toml", "whole.toml"].map(|file| {
+        rig.run(file, &["seed=7"]).expect_status(0);
+        rig.summary("runs")["frames_blake3"].clone()
+    });
+    assert_eq!(hashes[0], hashes[1]);
+    assert_eq!(rig.hil_sim(&["scenario", "no-such"]).expect_status(2).stdout, "");
+}

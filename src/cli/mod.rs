@@ -8,12 +8,14 @@ mod stop;
 
 use std::fmt::Display;
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::config::{Problem, Problems};
+use crate::config::{Document, Problem, Problems};
 use crate::schema::Profile;
+use crate::stack::RobotFile;
 use crate::time::Duration;
 
 /// The input was bad, or the bus or the log could not be had.
@@ -41,9 +43,10 @@ enum Command {
 Examples:
   canloop messages                      the drive that comes with the program
   canloop messages odrive-0.6           another one that comes along
-  canloop messages my-drive.toml        a profile of your own, checked while it is read")]
+  canloop messages my-drive.toml        a profile of your own, checked while it is read
+  canloop messages robot.toml           a robot's, with the node ids of its drives")]
     Messages {
-        /// Name of a built-in profile, or path of a profile ending in .toml
+        /// Name of a built-in profile, or path of a profile or a robot file ending in .toml
         #[arg(default_value = "wheel_drive")]
         profile: String,
     },
@@ -65,8 +68,14 @@ pub fn main() -> ExitCode {
 }
 
 fn messages(profile: &str) -> Result<ExitCode, Problems> {
-    say(Profile::load(profile)?.dbc.markdown_table().trim_end());
+    say(profile_of(profile)?.dbc.markdown_table().trim_end());
     Ok(ExitCode::SUCCESS)
+}
+
+/// A profile by its name or path, or that of the robot in a file.
+fn profile_of(name_or_path: &str) -> Result<Profile, Problems> {
+    let is_robot = name_or_path.ends_with(".toml") && Document::read(Path::new(name_or_path))?.has("drive");
+    if is_robot { Ok(RobotFile::load(name_or_path, &[])?.stack.profile) } else { Profile::load(name_or_path) }
 }
 
 /// The time that an option gives, from a millisecond to a day.

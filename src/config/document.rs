@@ -127,10 +127,14 @@ impl Document {
         Problem::at(&place.source, place.span.clone(), title, label)
     }
 
-    /// The whole as one TOML text: what it was based on and the overrides
-    /// laid over it are in their places.
+    /// The whole as one TOML text that is based on nothing: what it was based on
+    /// and the overrides laid over it are in their places.
     pub fn resolved(&self) -> String {
-        toml::to_string(&self.root.value.plain()).expect("what was TOML can be TOML again")
+        let mut whole = self.root.value.plain();
+        if let Some(table) = whole.as_table_mut() {
+            table.remove("base");
+        }
+        toml::to_string(&whole).expect("what was TOML can be TOML again")
     }
 
     /// The file's text, as read.

@@ -46,6 +46,13 @@ fn open(name_or_path: &str, shipped: &[(&str, &str)]) -> Result<Document, Proble
     if let Some((name, text)) = shipped.iter().find(|(name, _)| *name == name_or_path) {
         return Document::parse(format!("{name}.toml (shipped)"), *text);
     }
+    if shipped.is_empty() {
+        let here = format!("{name_or_path}.toml");
+        return Err(Problem::bare(format!("there is no configuration `{name_or_path}` here")).help(format!(
+            "scenarios that ship are known to hil-sim alone, which writes one as a file: \
+             hil-sim scenario {name_or_path} > {here}; a file is given by its path, ending in .toml"
+        )));
+    }
     let names = || shipped.iter().map(|(name, _)| *name);
     let problem = Problem::bare(format!("there is no shipped configuration `{name_or_path}`"));
     Err(match nearest(name_or_path, names()) {

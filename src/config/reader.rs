@@ -183,6 +183,12 @@ impl<'r> Section<'r> {
         }
     }
 
+    /// The value under `key`, if it is given; an array will not do.
+    pub fn one_item(&self, key: &str) -> Option<Item<'r>> {
+        let entry = self.get(key)?;
+        self.item(key, join(&self.path, key), &entry.node)
+    }
+
     fn item(&self, key: &str, path: String, node: &'r Node) -> Option<Item<'r>> {
         match &node.value {
             Value::Text(text) => Some(Item::Text(text.clone())),

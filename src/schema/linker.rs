@@ -5,6 +5,7 @@
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 
+use super::addressing::Addressing;
 use super::dbc::{Dbc, MessageLayout};
 use super::envelope::{Checksum, CrcRule, Envelope};
 use super::pattern::{Masked, Pattern};
@@ -225,8 +226,7 @@ impl<'r> Linker<'r> {
     }
 
     fn check_node_id(&self, node: &Node<'_>, message: &MessageLayout) {
-        let carried =
-            (message.id.raw() & self.node_id_mask).checked_shr(self.node_id_mask.trailing_zeros()).unwrap_or(0);
+        let carried = Addressing { mask: self.node_id_mask, broadcast: None }.node_in(message.id);
         if self.node_id_mask != 0 && node.section.has("id") && carried != u32::from(node.id) {
             let title = format!("`{}` of {} is another node's", message.name, self.dbc.source.name);
             let label = format!("found node {}, but id {} carries node {carried}", node.id, message.id);

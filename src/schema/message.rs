@@ -64,6 +64,8 @@ pub struct Feedback {
     pub state: Option<StateId>,
     /// The fault that holds it in the fault state, if one does.
     pub fault: Option<FaultCode>,
+    /// The mode of operation that the drive is in, as its maker numbers them.
+    pub mode: Option<f64>,
     /// The low bits of the counter of the SYNC that this answers, or the
     /// drive's own count.
     pub counter: Option<u8>,

@@ -1,6 +1,7 @@
 //! The schema: DBC files, drive profiles, and the codec compiled from them.
 //! Nothing outside this module knows a bit position.
 
+mod addressing;
 mod bits;
 mod checksum;
 mod codec;
@@ -15,10 +16,15 @@ mod markdown;
 mod message;
 mod pattern;
 mod profile;
-mod profile_check;
 mod profile_codec;
+mod profile_loading;
+mod profile_overrides;
 mod profile_reader;
+mod profile_scales;
+mod profile_traffic;
+mod profile_words;
 mod quantities;
+mod role_signals;
 mod role_table;
 mod roles;
 mod signal;

@@ -4,9 +4,9 @@ use super::conversation::WordId;
 use super::decode_error::DecodeError;
 use super::envelope::Envelope;
 use super::message::{Feedback, Message};
-use super::profile::{Addressing, Asks, Profile};
+use super::profile::{Asks, Profile};
 use super::role_table::{Of, Role};
-use crate::frame::{CanId, Frame, FrameKind};
+use crate::frame::{Frame, FrameKind};
 use crate::wheels::{Wheel, Wheels};
 
 /// Why a role that is asked for is there.
@@ -98,18 +98,24 @@ impl Profile {
 
     /// What each wheel's drive makes of a frame that is meant for all nodes.
     pub fn broadcast(&self, frame: &Frame) -> Option<Wheels<Frame>> {
-        let Addressing { mask, broadcast } = self.addressing;
-        let shift = mask.trailing_zeros();
-        let raw = frame.id.raw();
-        if u32::from(broadcast?) << shift != raw & mask || self.roles.get(frame.id).is_some() {
+        let all = u32::from(self.addressing.broadcast?);
+        if self.addressing.node_in(frame.id) != all || self.roles.get(frame.id).is_some() {
             return None;
         }
-        Some(self.node_ids.map(|node| {
-            let raw = raw & !mask | u32::from(node) << shift;
+        let addressed = |node| {
             let mut addressed = *frame;
-            addressed.id = if frame.id.is_extended() { CanId::Extended(raw) } else { CanId::Standard(raw as u16) };
-            addressed
-        }))
+            addressed.id = self.addressing.readdressed(frame.id, node)?;
+            Some(addressed)
+        };
+        Some(Wheels { right: addressed(self.node_ids.right)?, left: addressed(self.node_ids.left)? })
+    }
+
+    /// The mode of operation that a frame asks this wheel's drive to be in, if
+    /// it is a command that says one.
+    pub fn mode_said(&self, wheel: Wheel, frame: &Frame) -> Option<f64> {
+        let role = &self.command.wheels[wheel];
+        let mode = role.mode.as_ref().filter(|_| frame.id == role.envelope.id)?;
+        role.envelope.open(frame).ok().map(|data| mode.decode(data))
     }
 
     #[inline]

@@ -1,88 +1,25 @@
 //! From a profile's TOML to the roles of its DBC's messages.
 
-use std::path::Path;
-use std::sync::Arc;
-
+use super::addressing::Addressing;
 use super::checksum::Crc8;
 use super::conversation_reader::ConversationReader;
 use super::dbc::Dbc;
-use super::encoding::Rounding;
 use super::envelope::CrcRule;
 use super::linker::{Linked, Linker, NODE};
-use super::message::FaultCode;
-use super::pattern::Field;
-use super::profile::{Acts, Addressing, Applied, Asks, Profile, Shared};
-use super::quantities::{Position, PositionScale, Speed, Torque, TorqueScale};
+use super::profile::{Acts, Applied, Asks, Profile, Shared};
+use super::profile_words::{
+    ACTS, APPLIED, ASKS, COMMAND_KEYS, FAULT_KEYS, FEEDBACK_KEYS, HEARTBEAT_KEYS, ROUNDINGS, SYNC_KEYS,
+};
+use super::role_signals::RoleSignals;
 use super::role_table::{Role, RoleTable};
 use super::roles::{CommandRole, FaultRole, FeedbackRole, HeartbeatRole, SyncRole, WordRole};
-use super::units::{Motor, Nameplate, POSITION_UNITS, SIDES, SPEED_UNITS, TORQUE_UNITS};
-use crate::config::{Document, Problem, Section, Source};
+use super::units::{Motor, Nameplate};
+use crate::config::{Document, Section};
 use crate::time::Duration;
 use crate::wheels::{Wheel, Wheels};
 
-pub(super) const FAULTS: [(&str, FaultCode); 12] = [
-    ("none", FaultCode::None),
-    ("command_timeout", FaultCode::CommandTimeout),
-    ("command_corrupt", FaultCode::CommandCorrupt),
-    ("over_current", FaultCode::OverCurrent),
-    ("over_temperature", FaultCode::OverTemperature),
-    ("motor_over_temperature", FaultCode::MotorOverTemperature),
-    ("under_voltage", FaultCode::UnderVoltage),
-    ("over_voltage", FaultCode::OverVoltage),
-    ("overload", FaultCode::Overload),
-    ("encoder", FaultCode::Encoder),
-    ("emergency_stop", FaultCode::EmergencyStop),
-    ("other", FaultCode::Other),
-];
-
-const ASKS: [(&str, Asks); 4] =
-    [("sync", Asks::BySync), ("poll", Asks::ByPoll), ("command", Asks::ByCommand), ("nothing", Asks::Nothing)];
-
-const ACTS: [(&str, Acts); 2] = [("at sync", Acts::AtSync), ("on arrival", Acts::OnArrival)];
-
-const APPLIED: [(&str, Applied); 3] =
-    [("the last", Applied::TheLast), ("the mean", Applied::TheMean), ("coarse", Applied::Coarse)];
-
-const ROUNDINGS: [(&str, Rounding); 2] = [("nearest", Rounding::Nearest), ("truncate", Rounding::TowardsZero)];
-
-const SYNC_KEYS: [&str; 3] = ["message", "counter", "crc"];
-const COMMAND_KEYS: [&str; 10] =
-    ["shortest", "remainder", "message", "acts", "torque", "torque_unit", "torque_at", "constants", "counter", "crc"];
-const FEEDBACK_KEYS: [&str; 18] = [
-    "message",
-    "shortest",
-    "constants",
-    "position",
-    "position_unit",
-    "position_at",
-    "speed",
-    "speed_unit",
-    "speed_at",
-    "torque_applied",
-    "torque_applied_unit",
-    "torque_applied_at",
-    "torque_applied_is",
-    "state",
-    "shown_as",
-    "fault",
-    "counter",
-    "crc",
-];
-const HEARTBEAT_KEYS: [&str; 6] = ["message", "state", "shown_as", "state_elsewhere", "fault", "crc"];
-const FAULT_KEYS: [&str; 3] = ["message", "fault", "crc"];
-
 /// Feedback that comes in more messages than this is too much for a period.
 const MOST_PARTS: usize = 8;
-
-/// The DBC that a profile names, read from beside it.
-pub(super) fn dbc_source(toml: &Document, folder: &Path) -> Result<Arc<Source>, Problem> {
-    let reader = crate::config::Reader::new(toml);
-    let root = reader.root();
-    let Some(name) = root.text_or_none("dbc") else {
-        return Err(root.problem("dbc", "no DBC file is named", "expected dbc = \"FILE.dbc\", seen from here"));
-    };
-    Dbc::read_source(&folder.join(name)).map_err(|problem| root.problem("dbc", &problem.title, "named here"))
-}
 
 /// Reads all of a profile. `None` only when a problem was reported.
 pub(super) fn profile(root: &Section<'_>, toml: &Document, dbc: Dbc) -> Option<Profile> {
@@ -94,10 +31,10 @@ pub(super) fn profile(root: &Section<'_>, toml: &Document, dbc: Dbc) -> Option<P
     let (heartbeat, fault, words) = (reader.heartbeat(root), reader.fault(root), reader.words());
     let conversation = reader.conversation.conversation();
     let watchdog = reader.conversation.watchdog(root);
-    let node_ids = reader.linker.node_ids();
+    let node_ids = reader.signals.linker.node_ids();
     let broadcast = root.section("wheels");
     let broadcast = broadcast.has("broadcast_id").then(|| broadcast.integer("broadcast_id", 0, 0xFF) as u8);
-    let addressing = Addressing { mask: reader.linker.node_id_mask, broadcast };
+    let addressing = Addressing { mask: reader.signals.linker.node_id_mask, broadcast };
     let plate = Nameplate::read(&root.section("motor"), &Nameplate::default());
     let applied = reader.feedback.iter().find(|section| section.has("torque_applied"));
     let applied = applied.map_or(Applied::default(), |section| section.choice("torque_applied_is", &APPLIED, false));
@@ -144,10 +81,9 @@ pub(super) fn profile(root: &Section<'_>, toml: &Document, dbc: Dbc) -> Option<P
 
 /// The sections of a profile, opened.
 struct ProfileReader<'r> {
-    linker: Linker<'r>,
+    signals: RoleSignals<'r>,
     conversation: ConversationReader<'r>,
     asks: Asks,
-    rounding: Rounding,
     sync: Section<'r>,
     command: Section<'r>,
     feedback: Vec<Section<'r>>,
@@ -166,10 +102,12 @@ impl<'r> ProfileReader<'r> {
         }
         feedback.iter().for_each(|section| section.allow(&FEEDBACK_KEYS));
         Self {
-            linker: Linker::new(dbc, &root.section("wheels"), crc(root)),
+            signals: RoleSignals {
+                linker: Linker::new(dbc, &root.section("wheels"), crc(root)),
+                rounding: root.choice("rounding", &ROUNDINGS, false),
+            },
             conversation: ConversationReader::new(root),
             asks: root.choice("asks_with", &ASKS, true),
-            rounding: root.choice("rounding", &ROUNDINGS, false),
             sync: open(root, "sync", &SYNC_KEYS),
             command: open(root, "command", &COMMAND_KEYS),
             feedback,
@@ -182,21 +120,29 @@ impl<'r> ProfileReader<'r> {
         if !root.has("sync") {
             return Some(None);
         }
-        let (section, linker) = (&self.sync, &self.linker);
+        let (section, linker) = (&self.sync, &self.signals.linker);
         let message = linker.message(section, None)?;
-        let counter = self.counter(section, message);
+        let counter = self.signals.counter(section, message);
         Some(Some(SyncRole { envelope: linker.envelope(section, message)?, counter: counter? }))
     }
 
     fn command(&self) -> Option<Shared<CommandRole>> {
-        let (section, linker) = (&self.command, &self.linker);
+        let (section, linker) = (&self.command, &self.signals.linker);
         self.both(section, |message| {
-            let torque = self.torque(section, "torque", message);
-            let counter = self.counter(section, message);
+            let torque = self.signals.torque(section, "torque", message);
+            let counter = self.signals.counter(section, message);
             let envelope = linker.envelope(section, message);
-            let constants = self.constants(section, message);
+            let constants = self.signals.constants(section, message);
+            let mode = self.signals.mode(section, message);
             let words = self.conversation.in_command(linker, message)?;
-            Some(CommandRole { envelope: envelope?, torque: torque?, constants: constants?, words, counter: counter? })
+            Some(CommandRole {
+                envelope: envelope?,
+                torque: torque?,
+                constants: constants?,
+                words,
+                mode: mode?,
+                counter: counter?,
+            })
         })
     }
 
@@ -222,17 +168,19 @@ impl<'r> ProfileReader<'r> {
     }
 
     fn feedback_part(&self, part: u8, section: &Section<'_>) -> Option<(Option<Duration>, Shared<FeedbackRole>)> {
-        let linker = &self.linker;
+        let linker = &self.signals.linker;
         let linked = self.both(section, |message| {
-            let position = if section.has("position") { self.position(section, message).map(Some) } else { Some(None) };
-            let speed = if section.has("speed") { self.speed(section, message).map(Some) } else { Some(None) };
+            let position =
+                if section.has("position") { self.signals.position(section, message).map(Some) } else { Some(None) };
+            let speed = if section.has("speed") { self.signals.speed(section, message).map(Some) } else { Some(None) };
             let has_torque = section.has("torque_applied");
             let torque =
-                if has_torque { self.torque(section, "torque_applied", message).map(Some) } else { Some(None) };
+                if has_torque { self.signals.torque(section, "torque_applied", message).map(Some) } else { Some(None) };
             let state = self.conversation.state_field(section, linker, message);
             let fault = self.conversation.fault_field(section, linker, message);
-            let counter = self.counter(section, message);
-            let constants = self.constants(section, message);
+            let mode = self.signals.mode(section, message);
+            let counter = self.signals.counter(section, message);
+            let constants = self.signals.constants(section, message);
             let role = FeedbackRole {
                 envelope: linker.envelope(section, message)?,
                 part,
@@ -242,6 +190,7 @@ impl<'r> ProfileReader<'r> {
                 torque_applied: torque?,
                 state: state?,
                 fault: fault?,
+                mode: mode?,
                 counter: counter?,
             };
             Some((message.layout.cycle, role))
@@ -254,7 +203,7 @@ impl<'r> ProfileReader<'r> {
         if !root.has("heartbeat") {
             return Some((None, None));
         }
-        let (section, linker) = (&self.heartbeat, &self.linker);
+        let (section, linker) = (&self.heartbeat, &self.signals.linker);
         let linked = self.both(section, |message| {
             let state = self.conversation.state_field(section, linker, message);
             let fault = self.conversation.fault_field(section, linker, message);
@@ -270,7 +219,7 @@ impl<'r> ProfileReader<'r> {
         if !root.has("fault") {
             return Some(None);
         }
-        let (section, linker) = (&self.fault, &self.linker);
+        let (section, linker) = (&self.fault, &self.signals.linker);
         let linked = self.both(section, |message| {
             let envelope = linker.envelope(section, message);
             linker.signal(section, "fault", message)?;
@@ -281,66 +230,15 @@ impl<'r> ProfileReader<'r> {
     }
 
     fn words(&self) -> Option<Wheels<Vec<WordRole>>> {
-        let right = self.conversation.beside(&self.linker, Wheel::Right)?;
-        Some(Wheels { right, left: self.conversation.beside(&self.linker, Wheel::Left)? })
-    }
-
-    fn constants(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Vec<Field>> {
-        let constants = section.section("constants");
-        constants.allow(&constants.keys());
-        let fields = constants.keys().into_iter().map(|key| {
-            let signal = self.linker.signal_named(&constants, key, key, message)?;
-            Some(Field { pattern: self.linker.pattern(&constants, key, message, &signal)?, signal })
-        });
-        fields.collect()
-    }
-
-    fn counter(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Option<super::signal::Signal>> {
-        let asked = section.has("counter").then(|| self.linker.counter(section, "counter", message));
-        asked.map_or(Some(None), |linked| linked.map(Some))
-    }
-
-    fn torque(&self, section: &Section<'_>, key: &str, message: Linked<'_>) -> Option<Torque> {
-        let unit = section.choice(&format!("{key}_unit"), &TORQUE_UNITS, false);
-        let side = section.choice(&format!("{key}_at"), &SIDES, true);
-        let signal = self.linker.signal(section, key, message)?;
-        let scale = TorqueScale::default();
-        let mut torque = Torque { signal, unit, side, rounding: self.rounding, nm_per_unit: 1.0, scale };
-        torque.fit(&Motor { counts_per_turn: 1, gear_ratio: 1.0, plate: Nameplate::default() });
-        let TorqueScale { minimum_nm, maximum_nm, .. } = torque.scale;
-        let sound = minimum_nm <= 0.0 && maximum_nm >= 0.0 && (maximum_nm - minimum_nm).is_finite();
-        self.linker.unless(!sound, section, key, &torque.signal, "a finite range that includes 0")?;
-        Some(torque)
-    }
-
-    fn position(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Position> {
-        let unit = section.choice("position_unit", &POSITION_UNITS, true);
-        let side = section.choice("position_at", &SIDES, true);
-        let signal = self.linker.signal(section, "position", message)?;
-        let is_count = unit == super::units::PositionUnit::Counts;
-        let sound =
-            if is_count { signal.is_integer() } else { true } && (signal.is_float() || signal.bit_count() <= 48);
-        let expected = if is_count {
-            "a whole number of at most 48 bits, factor 1, offset 0"
-        } else {
-            "a whole number of at most 48 bits or a floating-point one"
-        };
-        self.linker.unless(!sound, section, "position", &signal, expected)?;
-        Some(Position { signal, unit, side, units_per_count: 1.0, is_count: false, scale: PositionScale::default() })
-    }
-
-    fn speed(&self, section: &Section<'_>, message: Linked<'_>) -> Option<Speed> {
-        let unit = section.choice("speed_unit", &SPEED_UNITS, true);
-        let side = section.choice("speed_at", &SIDES, true);
-        let signal = self.linker.signal(section, "speed", message)?;
-        Some(Speed { signal, unit, side, rounding: self.rounding, rad_s_per_unit: 1.0 })
+        let right = self.conversation.beside(&self.signals.linker, Wheel::Right)?;
+        Some(Wheels { right, left: self.conversation.beside(&self.signals.linker, Wheel::Left)? })
     }
 
     /// Links the right wheel's part of a message and then, if that went well,
     /// the left's: what is wrong with a name is wrong for both.
     fn both<T>(&self, section: &Section<'_>, link: impl Fn(Linked<'_>) -> Option<T>) -> Option<Shared<T>> {
-        let right = link(self.linker.message(section, Some(Wheel::Right))?)?;
-        let left = link(self.linker.message(section, Some(Wheel::Left))?)?;
+        let right = link(self.signals.linker.message(section, Some(Wheel::Right))?)?;
+        let left = link(self.signals.linker.message(section, Some(Wheel::Left))?)?;
         let is_shared = !section.text("message").contains(NODE);
         Some(Shared { wheels: Wheels { right, left }, is_shared })
     }

@@ -24,6 +24,8 @@ pub(super) struct CommandRole {
     pub constants: Vec<Field>,
     /// The words that it has room for.
     pub words: Vec<(WordId, Vec<Field>)>,
+    /// The mode of operation that it asks for.
+    pub mode: Option<Signal>,
     pub counter: Option<Signal>,
 }
 
@@ -38,6 +40,7 @@ pub(super) struct FeedbackRole {
     pub torque_applied: Option<Torque>,
     pub state: Option<StateField>,
     pub fault: Option<FaultField>,
+    pub mode: Option<Signal>,
     pub counter: Option<Signal>,
 }
 
@@ -125,6 +128,9 @@ impl FeedbackRole {
             state.encode(data, feedback.state);
         }
         write_fault(self.fault.as_ref(), self.state.is_some(), data, feedback.fault.unwrap_or_default());
+        if let Some(mode) = &self.mode {
+            mode.encode(data, feedback.mode.unwrap_or_default());
+        }
         encode_counter(self.counter.as_ref(), data, feedback.counter.unwrap_or_default());
     }
 
@@ -138,6 +144,7 @@ impl FeedbackRole {
             torque_applied_nm: self.torque_applied.as_ref().map(|torque| torque.decode(data)).transpose()?,
             state: self.state.as_ref().map_or(Ok(None), |state| state.decode(data, fault))?,
             fault,
+            mode: self.mode.as_ref().map(|signal| signal.decode(data)),
             counter: self.counter.as_ref().map(|signal| decode_counter(signal, data)),
         })
     }

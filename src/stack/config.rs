@@ -108,6 +108,9 @@ fn grounds<'p>(drive: &DriveConfig, profile: &'p Profile, controller: &Controlle
     }
 }
 
+/// What `[drive]` may say otherwise than its profile.
+const OVERRIDES: [&str; 2] = ["node_ids", "constants"];
+
 /// What a scenario says beside the robot's configuration.
 const SIMULATION_ONLY: [&str; 5] = ["base", "duration_s", "expect", "name", "seed"];
 
@@ -138,20 +141,26 @@ fn read_period(root: &Section<'_>) -> Duration {
     Duration::from_secs_f64(root.number("period_s", Bound::Within(1e-5, 10.0)))
 }
 
-/// The profile that `[drive]` names: a shipped one or a file. What is wrong
-/// with it is reported, and a shipped one stands in for it.
+/// The profile that `[drive]` names, a shipped one or a file, with what the
+/// section says otherwise. What is wrong with it is reported, and a shipped one
+/// stands in for it.
 fn read_profile(section: &Section<'_>) -> Profile {
     let name = section.text("profile");
     let stand_in = || Profile::builtin("wheel_drive").expect("wheel_drive is built in");
     if name.is_empty() {
+        OVERRIDES.iter().for_each(|key| section.pass_over(key));
         return stand_in();
     }
     let path = section.path_of("profile", &name);
     let name = if name.ends_with(".toml") { path.display().to_string() } else { name };
-    Profile::load(&name).unwrap_or_else(|problems| {
-        problems.0.into_iter().for_each(|problem| section.report(located(section, problem)));
-        stand_in()
-    })
+    match Profile::load(&name) {
+        Ok(profile) => profile.overridden(section),
+        Err(problems) => {
+            problems.0.into_iter().for_each(|problem| section.report(located(section, problem)));
+            OVERRIDES.iter().for_each(|key| section.pass_over(key));
+            stand_in()
+        }
+    }
 }
 
 /// The problem itself, if it has a place in the profile or its DBC; else one

@@ -4,6 +4,7 @@ pub mod check;
 pub mod paper;
 pub mod plant;
 pub mod run;
+pub mod scenario;
 pub mod serve;
 
 mod interrupt;

@@ -8,9 +8,15 @@ const FOR_20_S: [&str; 2] = ["--set", "duration_s=20"];
 
 #[track_caller]
 fn assert_same_frames(bench: &Bench) {
-    bench.rig.hil_sim(&[["run", bench.scenario(), "--no-log", "--out", "memory"].as_slice(), &FOR_20_S].concat());
-    let serve = bench.serve(&[["--no-log", "--out", "bus"].as_slice(), &FOR_20_S].concat());
-    let drive = bench.drive(&FOR_20_S).finish().expect_status(0);
+    assert_same_frames_with(bench, &[]);
+}
+
+#[track_caller]
+fn assert_same_frames_with(bench: &Bench, overrides: &[&str]) {
+    let for_20_s = [&FOR_20_S[..], overrides].concat();
+    bench.rig.hil_sim(&[["run", bench.scenario(), "--no-log", "--out", "memory"].as_slice(), &for_20_s].concat());
+    let serve = bench.serve(&[["--no-log", "--out", "bus"].as_slice(), &for_20_s].concat());
+    let drive = bench.drive(&for_20_s).finish().expect_status(0);
     assert!(drive.stdout.contains("the other side ended the run"), "{}", drive.stdout);
     serve.finish().expect_status(0);
     let (memory, bus) = (bench.rig.summary("memory"), bench.rig.summary("bus"));
@@ -36,6 +42,15 @@ fn over_tcp_with_every_kind_of_drive() {
     for scenario in ["cia402", "odrive-0.6", "odrive-0.5", "vesc", "damiao-dm4310", "comma-body"] {
         assert_same_frames(&Bench::over_tcp().of(scenario));
     }
+}
+
+#[test]
+fn over_tcp_with_a_robot_s_own_node_ids_and_mode() {
+    let mode_4 = r#"drive.constants.Mode_Of_Operation="ProfileTorque""#;
+    let overrides = ["--set", "drive.node_ids={right=5,left=6}", "--set", mode_4];
+    assert_same_frames_with(&Bench::over_tcp().of("cia402"), &overrides);
+    let swapped = ["--set", "drive.node_ids={right=12,left=3}"];
+    assert_same_frames_with(&Bench::over_tcp().of("odrive-0.6"), &swapped);
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod dead_other_side;
 mod garbage_on_the_bus;
 mod lockstep_over_every_bus;
 mod python_controller;
+mod readme_example;
 mod two_programs;
 mod with_can;
 

@@ -95,12 +95,10 @@ impl Bench {
         self.start("drive", &mut command)
     }
 
-    /// The scenario as a robot file: what it is based on, by its path.
+    /// The scenario as a robot file.
     fn robot_file(&self) -> String {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios");
-        let text = std::fs::read_to_string(format!("{folder}/{}.toml", self.scenario)).expect("it is shipped");
-        let base = format!("base = \"{folder}/dac-friction.toml\"");
-        self.rig.write("robot.toml", &text.replace("base = \"dac-friction\"", &base));
+        let printed = self.rig.hil_sim(&["scenario", self.scenario]).expect_status(0);
+        self.rig.write("robot.toml", &printed.stdout);
         "robot.toml".to_owned()
     }
 

@@ -24,6 +24,7 @@ use crate::time::Instant;
 Examples:
   canloop drive --bus can0 --config robot.toml --log run.mcap
   canloop drive --bus vcan0 --config robot.toml --pace lockstep
+  hil-sim scenario dac-friction > robot.toml     a robot to begin with
   canloop drive --bus tcp://127.0.0.1:29536/can0 --config robot.toml --pace lockstep --log run.mcap
 
 Ctrl-C and SIGTERM brake the robot to rest and disable the drives; once more

@@ -232,7 +232,7 @@ fn looks_like_keyword(text: &str) -> bool {
         && text.chars().all(|char| char.is_ascii_uppercase() || char.is_ascii_digit() || char == '_')
 }
 
-fn parse_whole(text: &str) -> Option<i128> {
+pub(super) fn parse_whole(text: &str) -> Option<i128> {
     if let Some(digits) = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
         return i128::from_str_radix(digits, 16).ok();
     }

@@ -9,6 +9,7 @@ mod multiplexing;
 mod notes;
 mod overlaps;
 mod reader;
+mod renumbering;
 mod signals;
 mod statements;
 mod tokens;

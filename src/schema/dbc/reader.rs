@@ -21,7 +21,7 @@ const PARKED_SIGNALS: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 /// Stands for a sender that nobody knows.
 pub(super) const NOBODY: &str = "Vector__XXX";
 /// The bit that marks a 29-bit id in a DBC.
-const EXTENDED: u32 = 1 << 31;
+pub(super) const EXTENDED: u32 = 1 << 31;
 
 /// What a DBC file holds.
 pub(super) struct Contents {

@@ -1,0 +1,69 @@
+//! The keys of a profile's roles, and the words that stand for something.
+
+use super::encoding::Rounding;
+use super::message::FaultCode;
+use super::profile::{Acts, Applied, Asks};
+
+pub(super) const FAULTS: [(&str, FaultCode); 12] = [
+    ("none", FaultCode::None),
+    ("command_timeout", FaultCode::CommandTimeout),
+    ("command_corrupt", FaultCode::CommandCorrupt),
+    ("over_current", FaultCode::OverCurrent),
+    ("over_temperature", FaultCode::OverTemperature),
+    ("motor_over_temperature", FaultCode::MotorOverTemperature),
+    ("under_voltage", FaultCode::UnderVoltage),
+    ("over_voltage", FaultCode::OverVoltage),
+    ("overload", FaultCode::Overload),
+    ("encoder", FaultCode::Encoder),
+    ("emergency_stop", FaultCode::EmergencyStop),
+    ("other", FaultCode::Other),
+];
+
+pub(super) const ASKS: [(&str, Asks); 4] =
+    [("sync", Asks::BySync), ("poll", Asks::ByPoll), ("command", Asks::ByCommand), ("nothing", Asks::Nothing)];
+
+pub(super) const ACTS: [(&str, Acts); 2] = [("at sync", Acts::AtSync), ("on arrival", Acts::OnArrival)];
+
+pub(super) const APPLIED: [(&str, Applied); 3] =
+    [("the last", Applied::TheLast), ("the mean", Applied::TheMean), ("coarse", Applied::Coarse)];
+
+pub(super) const ROUNDINGS: [(&str, Rounding); 2] =
+    [("nearest", Rounding::Nearest), ("truncate", Rounding::TowardsZero)];
+
+pub(super) const SYNC_KEYS: [&str; 3] = ["message", "counter", "crc"];
+pub(super) const COMMAND_KEYS: [&str; 11] = [
+    "shortest",
+    "remainder",
+    "message",
+    "acts",
+    "torque",
+    "torque_unit",
+    "torque_at",
+    "constants",
+    "mode",
+    "counter",
+    "crc",
+];
+pub(super) const FEEDBACK_KEYS: [&str; 19] = [
+    "message",
+    "shortest",
+    "constants",
+    "position",
+    "position_unit",
+    "position_at",
+    "speed",
+    "speed_unit",
+    "speed_at",
+    "torque_applied",
+    "torque_applied_unit",
+    "torque_applied_at",
+    "torque_applied_is",
+    "state",
+    "shown_as",
+    "fault",
+    "mode",
+    "counter",
+    "crc",
+];
+pub(super) const HEARTBEAT_KEYS: [&str; 6] = ["message", "state", "shown_as", "state_elsewhere", "fault", "crc"];
+pub(super) const FAULT_KEYS: [&str; 3] = ["message", "fault", "crc"];
