@@ -55,6 +55,8 @@ impl Bench {
 
     /// A bus whose ends have these addresses.
     pub fn between(serve_bus: String, drive_bus: String) -> Self {
+        // Built before anything waits for it.
+        canloop();
         Self { rig: Rig::new(), scenario: "dac-friction", serve_bus, drive_bus }
     }
 
