@@ -8,6 +8,17 @@ use canloop::schema::{Cause, Profile, Recurring};
 
 use crate::wire::{Chance, Frame, Wire};
 
+/// How frames wait that a node has ready.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Queues {
+    /// The most urgent first.
+    Sorted,
+    /// The stack's in the order in which it queued them.
+    OfStackInTurn,
+    /// Everybody's.
+    AllInTurn,
+}
+
 /// What is sent, and by what.
 pub struct Robot {
     pub traffic: Vec<Recurring>,
@@ -30,17 +41,24 @@ pub struct Seen {
 const PERIODS: i64 = 6;
 
 impl Robot {
-    /// `sorts`: whether the stack's queue sends the most urgent frame first.
-    pub fn new(profile: &Profile, terms: &Terms, sorts: bool) -> Self {
+    /// Stack and drives with such queues.
+    pub fn new(profile: &Profile, terms: &Terms, queues: Queues) -> Self {
         let traffic = profile.traffic(terms.period);
         let frame = |message: &Recurring| {
             let is_remote = message.kind == FrameKind::Remote;
-            let len = if is_remote { 0 } else { profile.dbc.message_by_id(message.id).unwrap().len };
+            let layout = profile.dbc.message_by_id(message.id).unwrap();
+            let len = if is_remote { 0 } else { layout.len };
+            let is_stack_s = matches!(message.cause, Cause::Beginning | Cause::Answered);
+            let drive = 1 + profile.dbc.messages.iter().position(|other| other.sender == layout.sender).unwrap();
             let bits = i64::from(worst_case_frame_bits(message.id, len, message.kind));
             Frame {
                 order: order(message.id, is_remote),
                 length_ns: bits * 1_000_000_000 / i64::from(terms.bit_rate_bit_s),
-                in_turn: !sorts && matches!(message.cause, Cause::Beginning | Cause::Answered),
+                queue: match queues {
+                    Queues::Sorted => None,
+                    Queues::OfStackInTurn => is_stack_s.then_some(0),
+                    Queues::AllInTurn => Some(if is_stack_s { 0 } else { drive }),
+                },
             }
         };
         let name = |message: &Recurring| profile.dbc.message_by_id(message.id).unwrap().name.clone();

@@ -5,6 +5,8 @@
 #[derive(Clone, Copy)]
 struct Waiting {
     queued_ns: i64,
+    /// How many were queued before, which tells those of one moment apart.
+    turn: usize,
     frame: Frame,
     /// The caller's name for it.
     tag: (usize, i64),
@@ -17,34 +19,37 @@ pub struct Frame {
     pub order: u64,
     /// How long it takes, ns.
     pub length_ns: i64,
-    /// Whether it waits for those that its node queued before, as all do of
-    /// the one node that has such a queue.
-    pub in_turn: bool,
+    /// The queue in which it waits for those that were there before; without
+    /// one its sender sends the most urgent first.
+    pub queue: Option<usize>,
 }
 
 /// The bus.
 #[derive(Default)]
 pub struct Wire {
     free_ns: i64,
+    queued: usize,
     waiting: Vec<Waiting>,
 }
 
 impl Wire {
     /// Has a frame queued at a moment that may be yet to come.
     pub fn queue(&mut self, queued_ns: i64, tag: (usize, i64), frame: Frame) {
-        self.waiting.push(Waiting { queued_ns, frame, tag });
+        self.waiting.push(Waiting { queued_ns, turn: self.queued, frame, tag });
+        self.queued += 1;
     }
 
     /// The next frame that goes through: when, and which.
     pub fn next(&mut self) -> Option<(i64, (usize, i64))> {
         let start = self.waiting.iter().map(|waiting| waiting.queued_ns).min()?.max(self.free_ns);
-        let in_turn = self.waiting.iter().filter(|waiting| waiting.frame.in_turn);
-        let head = in_turn.min_by_key(|waiting| waiting.queued_ns).map(|waiting| waiting.tag);
+        let is_first = |waiting: &Waiting| {
+            let mut same = self.waiting.iter().filter(|other| other.frame.queue == waiting.frame.queue);
+            same.all(|other| (other.queued_ns, other.turn) >= (waiting.queued_ns, waiting.turn))
+        };
         let may_go =
-            |waiting: &Waiting| waiting.queued_ns <= start && (!waiting.frame.in_turn || head == Some(waiting.tag));
+            |waiting: &Waiting| waiting.queued_ns <= start && (waiting.frame.queue.is_none() || is_first(waiting));
         let ready = self.waiting.iter().enumerate().filter(|(_, waiting)| may_go(waiting));
-        let (index, _) = ready.min_by_key(|(_, waiting)| (waiting.frame.order, waiting.queued_ns))?;
-        // Those queued at one moment keep their order.
+        let (index, _) = ready.min_by_key(|(_, waiting)| (waiting.frame.order, waiting.queued_ns, waiting.turn))?;
         let Waiting { frame, tag, .. } = self.waiting.remove(index);
         self.free_ns = start + frame.length_ns;
         Some((self.free_ns, tag))
