@@ -1,6 +1,7 @@
 //! The bounds of a bus budget against a simulated bus: arbitration never takes
 //! longer than they say, and at its worst nearly as long.
 
+mod any_robot;
 mod robot;
 mod wire;
 
@@ -10,6 +11,7 @@ use canloop::schema::Profile;
 use canloop::time::Duration;
 use proptest::prelude::*;
 
+use any_robot::any_robot;
 use robot::{Queues, Robot, order};
 use wire::{Chance, Frame, Wire};
 
@@ -214,6 +216,23 @@ proptest! {
             for (index, seen_ns) in simulate(&streams, &mut chance, at_once).into_iter().enumerate() {
                 let bound_ns = bounds[index].map_or(i64::MAX, Duration::as_nanos);
                 prop_assert!(seen_ns <= bound_ns, "message {index}: {seen_ns} of {bound_ns}");
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1_500, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn robots_of_any_kind_never_take_longer_than_their_budget((profile, terms) in any_robot(), seed: u64) {
+        let budget = Budget::of(&profile, &terms);
+        if budget.exchange_holds() {
+            for queues in [Queues::OfStackInTurn, Queues::Sorted] {
+                let robot = Robot::new(&profile, &terms, queues);
+                for turn in 0..20 {
+                    assert_within(&robot, &budget, queues, ("any", seed.wrapping_add(turn)));
+                }
             }
         }
     }

@@ -89,11 +89,9 @@ impl Robot {
     pub fn run(&self, chance: &mut Chance) -> Seen {
         let mut wire = Wire::default();
         let mut due_ns = vec![vec![0; PERIODS as usize]; self.traffic.len()];
-        for (index, message) in self.traffic.iter().enumerate() {
-            match message.cause {
-                Cause::OwnClock => self.send_by_own_clock(&mut wire, index, chance, &mut due_ns[index]),
-                Cause::Asked | Cause::Answered | Cause::Beginning => {}
-            }
+        for index in self.of(Cause::OwnClock) {
+            due_ns[index].clear();
+            self.send_by_own_clock(&mut wire, index, chance, &mut due_ns[index]);
         }
         for period in 0..PERIODS {
             let begun_ns = self.first_ns() + period * self.period_ns;
@@ -133,16 +131,19 @@ impl Robot {
     }
 
     /// Sends somewhere in the run, often right where a period begins.
-    fn send_by_own_clock(&self, wire: &mut Wire, index: usize, chance: &mut Chance, due_ns: &mut [i64]) {
+    fn send_by_own_clock(&self, wire: &mut Wire, index: usize, chance: &mut Chance, due_ns: &mut Vec<i64>) {
         let cycle_ns = self.traffic[index].cycle.as_nanos();
         let first_ns = match chance.up_to(3) {
             0 => chance.up_to(2 * self.first_ns().min(cycle_ns)),
             1 => self.first_ns() + chance.up_to(self.period_ns / 4),
             late => self.first_ns() - (late - 2),
         };
-        for (turn, due_ns) in due_ns.iter_mut().enumerate() {
-            *due_ns = first_ns + turn as i64 * cycle_ns;
-            wire.queue(*due_ns + chance.extreme(self.answer_ns), (index, turn as i64), self.frames[index]);
+        let mut queued_ns = i64::MIN;
+        for turn in 0..=(PERIODS + 2) * self.period_ns / cycle_ns {
+            due_ns.push(first_ns + turn * cycle_ns);
+            // A sender does not overtake itself.
+            queued_ns = queued_ns.max(first_ns + turn * cycle_ns + chance.extreme(self.answer_ns));
+            wire.queue(queued_ns, (index, turn), self.frames[index]);
         }
     }
 
