@@ -9,21 +9,29 @@ use crate::time::Duration;
 /// Bounds that have not agreed after so many rounds are none.
 const ROUNDS: u32 = 200;
 
-/// How long the exchange and each of `rows` can take. The stack's rows stand in
-/// the order in which it queues them.
+/// How a drive's frames wait that are ready at the same time.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Queue {
+    /// The most urgent is sent first.
+    Sorted,
+    /// The first to come is sent first.
+    InTurn,
+}
+
+/// How long the exchange can take, whatever the drives' queues are like, and
+/// each of `rows` where they send the most urgent frame first. The stack's rows
+/// stand in the order in which it queues them.
 pub(super) fn bounds(rows: &[Row], terms: &Terms) -> (Option<Duration>, Vec<Option<Duration>>) {
     let own = |row: &Row| Some(delay(row, terms) + row.transmission);
-    let mut exchange = Some(Duration::ZERO);
-    let mut responses: Vec<_> = rows.iter().map(own).collect();
+    let mut bounds = Bounds { rows, terms, exchange: Some(Duration::ZERO), in_turn: rows.iter().map(own).collect() };
     for _ in 0..ROUNDS {
-        let bounds = Bounds { rows, terms, exchange, responses: &responses };
-        let next = (bounds.exchange(), (0..rows.len()).map(|index| bounds.response(index)).collect::<Vec<_>>());
-        if next == (exchange, responses.clone()) {
-            return next;
+        let next = Bounds { exchange: bounds.exchange(), in_turn: bounds.responses(Queue::InTurn), ..bounds };
+        if (next.exchange, &next.in_turn) == (bounds.exchange, &bounds.in_turn) {
+            return (next.exchange, next.responses(Queue::Sorted));
         }
-        (exchange, responses) = next;
+        bounds = next;
     }
-    (None, responses)
+    (None, bounds.responses(Queue::Sorted))
 }
 
 /// How late after the moment that it is due a frame is queued.
@@ -31,12 +39,13 @@ fn delay(row: &Row, terms: &Terms) -> Duration {
     if row.is_stack_s() { terms.lateness } else { terms.answer }
 }
 
-/// What the bounds were in the last round.
+/// What the bounds are so far.
 struct Bounds<'b> {
     rows: &'b [Row],
     terms: &'b Terms,
     exchange: Option<Duration>,
-    responses: &'b [Option<Duration>],
+    /// Each row's response where drives send what came first.
+    in_turn: Vec<Option<Duration>>,
 }
 
 impl Bounds<'_> {
@@ -63,7 +72,7 @@ impl Bounds<'_> {
     /// The slowest message of each step, one step after the other.
     fn by_steps(&self) -> Option<Duration> {
         self.steps().into_iter().try_fold(Duration::ZERO, |sum, cause| {
-            let mut of_step = self.rows.iter().zip(self.responses).filter(|(row, _)| row.cause == cause);
+            let mut of_step = self.rows.iter().zip(&self.in_turn).filter(|(row, _)| row.cause == cause);
             let slowest = of_step.try_fold(Duration::ZERO, |slowest, (_, response)| Some(slowest.max((*response)?)))?;
             Some(sum + slowest)
         })
@@ -73,17 +82,26 @@ impl Bounds<'_> {
         [Cause::Beginning, Cause::Asked, Cause::Answered]
     }
 
-    fn response(&self, index: usize) -> Option<Duration> {
+    fn responses(&self, drives: Queue) -> Vec<Option<Duration>> {
+        (0..self.rows.len()).map(|index| self.response(index, drives)).collect()
+    }
+
+    fn response(&self, index: usize, drives: Queue) -> Option<Duration> {
         let row = &self.rows[index];
-        let queued_before = |other: usize| other < index && row.is_stack_s() && self.rows[other].cause == row.cause;
+        let queued_before = |other: usize| match (row.is_stack_s(), drives) {
+            (true, _) => other < index && self.rows[other].cause == row.cause,
+            (false, Queue::InTurn) => other != index && self.rows[other].sender == row.sender,
+            (false, Queue::Sorted) => false,
+        };
         // Waiting behind a frame of lower priority is waiting with its priority.
-        let ahead = (0..index).filter(|&other| queued_before(other)).map(|other| self.rows[other].order());
+        let all = 0..self.rows.len();
+        let ahead = all.filter(|&other| queued_before(other)).map(|other| self.rows[other].order());
         let level = ahead.fold(row.order(), u64::max);
         let mut blocking = Duration::ZERO;
         let mut before = Vec::new();
         for (other, frame) in self.rows.iter().enumerate().filter(|&(other, _)| other != index) {
             if frame.order() < level || queued_before(other) {
-                before.push(self.seen_by(row, other));
+                before.push(self.seen_by(row, other, drives));
             } else {
                 blocking = blocking.max(frame.transmission);
             }
@@ -93,12 +111,14 @@ impl Bounds<'_> {
     }
 
     /// Another message as it is in the way of `row`.
-    fn seen_by(&self, row: &Row, other: usize) -> Stream {
+    fn seen_by(&self, row: &Row, other: usize, drives: Queue) -> Stream {
         let frame = &self.rows[other];
         let jitter = match (row.is_of_exchange(), frame.is_of_exchange()) {
             (false, true) => self.within_exchange(frame),
             // An earlier one may still be waiting when the exchange begins.
-            (true, false) => self.responses[other].map_or(frame.period, |response| response.min(frame.period)),
+            (true, false) => self.waiting(other),
+            // It gets to the head of its queue so late.
+            (false, false) if drives == Queue::InTurn => self.waiting(other),
             _ => delay(frame, self.terms),
         };
         Stream { transmission: frame.transmission, period: frame.period, jitter }
@@ -110,8 +130,15 @@ impl Bounds<'_> {
         unasked.map(|(index, frame)| Stream {
             transmission: frame.transmission,
             period: frame.period,
-            jitter: self.responses[index].map_or(frame.period, |response| response.min(frame.period)),
+            jitter: self.waiting(index),
         })
+    }
+
+    /// How long a row may have been due and not be through; the next one takes
+    /// its place.
+    fn waiting(&self, index: usize) -> Duration {
+        let period = self.rows[index].period;
+        self.in_turn[index].map_or(period, |response| response.min(period))
     }
 
     /// A message of the exchange is queued somewhere between the beginning of
@@ -124,5 +151,52 @@ impl Bounds<'_> {
 
     fn bit(&self) -> Duration {
         bits(1, self.terms.bit_rate_bit_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{CanId, FrameKind};
+
+    fn row(id: u16, cause: Cause, transmission_us: i64, period_us: i64) -> Row {
+        let [transmission, period] = [transmission_us, period_us].map(Duration::from_micros);
+        let (name, sender) = (String::new(), String::new());
+        let id = CanId::Standard(id);
+        Row { id, kind: FrameKind::Classic, cause, name, sender, bytes: 8, period, transmission, response: None }
+    }
+
+    fn bounds_us(rows: &[Row]) -> (Option<i64>, Vec<Option<i64>>) {
+        let terms = Terms {
+            period: rows[0].period,
+            bit_rate_bit_s: 1_000_000,
+            lateness: Duration::ZERO,
+            answer: Duration::ZERO,
+        };
+        let micros = |time: Duration| time.as_nanos() / 1_000;
+        let (exchange, responses) = bounds(rows, &terms);
+        (exchange.map(micros), responses.into_iter().map(|response| response.map(micros)).collect())
+    }
+
+    #[test]
+    fn what_drives_send_by_their_own_clocks_may_meet_two_exchanges_in_a_row() {
+        let rows = [row(1, Cause::Beginning, 700, 1_000), row(2, Cause::OwnClock, 300, 100_000)];
+        assert_eq!(bounds_us(&rows), (Some(1_000), vec![Some(1_000), Some(2 * 700 + 300)]));
+        let slower = [row(1, Cause::Beginning, 700, 2_000), row(2, Cause::OwnClock, 300, 100_000)];
+        assert_eq!(bounds_us(&slower), (Some(1_000), vec![Some(1_000), Some(700 + 300)]));
+    }
+
+    #[test]
+    fn what_is_still_waiting_when_an_exchange_begins_is_in_its_way() {
+        // The status can have waited for 300 us then, and the next one comes.
+        let rows = [row(2, Cause::Beginning, 300, 4_000), row(1, Cause::OwnClock, 400, 1_000)];
+        assert_eq!(bounds_us(&rows), (Some(300 + 2 * 400), vec![Some(2 * 400 + 300), Some(300 + 400)]));
+    }
+
+    #[test]
+    fn steps_of_an_exchange_are_counted_once_each() {
+        let causes = [Cause::Beginning, Cause::Asked, Cause::Answered];
+        let rows = causes.map(|cause| row(1 + cause as u16, cause, 100, 2_000));
+        assert_eq!(bounds_us(&rows).0, Some(300));
     }
 }

@@ -31,6 +31,9 @@
 //!   to send.
 //! - Each step takes no longer than the slowest of its messages' responses.
 //!
+//! For both, drives may send first what came first: each of their messages then
+//! waits with the lowest priority of all that its drive sends.
+//!
 //! To this the stack's lateness comes, once for each time it speaks, and the
 //! time that drives take to answer. When the exchange fits into the period, no
 //! frame of one period meets one of the next, so the exchange's messages do not

@@ -228,7 +228,7 @@ proptest! {
     fn robots_of_any_kind_never_take_longer_than_their_budget((profile, terms) in any_robot(), seed: u64) {
         let budget = Budget::of(&profile, &terms);
         if budget.exchange_holds() {
-            for queues in [Queues::OfStackInTurn, Queues::Sorted] {
+            for queues in [Queues::OfStackInTurn, Queues::Sorted, Queues::AllInTurn] {
                 let robot = Robot::new(&profile, &terms, queues);
                 for turn in 0..20 {
                     assert_within(&robot, &budget, queues, ("any", seed.wrapping_add(turn)));
