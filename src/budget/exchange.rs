@@ -194,6 +194,16 @@ mod tests {
     }
 
     #[test]
+    fn the_exchange_is_prepared_for_drives_that_send_first_what_came_first() {
+        let clock = |id, period_us| row(id, Cause::OwnClock, 100, period_us);
+        let rows = [row(3, Cause::Beginning, 100, 2_000), clock(1, 700), clock(2, 100_000), clock(4, 100_000)];
+        let (exchange, responses) = bounds_us(&rows);
+        // Sorted, the most urgent waits for one frame only; in turn for all, so
+        // that two of it can be in the exchange's way.
+        assert_eq!((exchange, responses[1]), (Some(500), Some(200)));
+    }
+
+    #[test]
     fn steps_of_an_exchange_are_counted_once_each() {
         let causes = [Cause::Beginning, Cause::Asked, Cause::Answered];
         let rows = causes.map(|cause| row(1 + cause as u16, cause, 100, 2_000));
