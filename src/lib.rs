@@ -20,6 +20,7 @@
 //! [`config::Problems`], each with its place; nothing that a frame or a file
 //! holds makes the stack panic.
 
+pub mod budget;
 pub mod bus;
 pub mod check;
 pub mod cli;

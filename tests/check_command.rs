@@ -195,8 +195,22 @@ fn a_robot_that_is_too_fast_for_its_bus_is_an_error() {
     let path = files.write("fast.toml", scenario.replace(line, "period_s = 0.0005"));
     let (status, findings) = found(&[], &path);
     let [finding] = findings.as_slice() else { panic!("{findings:#?}") };
-    assert!(finding["message"].as_str().unwrap().starts_with("the bus cannot carry this: "), "{finding}");
+    assert_eq!(finding["message"], "the bus cannot carry this: 210 % of its 500000 bit/s");
+    assert!(finding["hint"].as_str().unwrap().contains("`period_s` 0.00135 or longer"), "{finding}");
     assert_eq!(status, 1);
+}
+
+#[test]
+fn a_robot_whose_messages_can_be_late_is_a_warning() {
+    let files = Files::new();
+    let scenario = std::fs::read_to_string(Path::new(ROOT).join("hil-sim/scenarios/dac-friction.toml")).unwrap();
+    let path = files.write("fast.toml", scenario.replace("period_s = 0.005", "period_s = 0.0012"));
+    let (status, findings) = found(&[], &path);
+    let [finding] = findings.as_slice() else { panic!("{findings:#?}") };
+    assert_eq!((&finding["severity"], &finding["line"]), (&"warning".into(), &6.into()));
+    assert_eq!(finding["message"], "the bus cannot always carry this in time");
+    assert!(finding["label"].as_str().unwrap().contains("takes up to"), "{finding}");
+    assert_eq!(status, 0);
 }
 
 #[test]

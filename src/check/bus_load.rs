@@ -1,11 +1,13 @@
 //! Whether a bus can carry its messages: each at its cycle, as long as it can
 //! be.
 
+use crate::budget::{Budget, Report, Terms};
 use crate::bus::worst_case_frame_bits;
 use crate::config::{Document, Problem};
 use crate::frame::{CanId, FrameKind};
 use crate::schema::{Dbc, MessageLayout};
 use crate::stack::StackConfig;
+use crate::time::Duration;
 
 /// What a segmenting transport protocol leaves of a frame's 8 bytes.
 const SEGMENT_BYTES: usize = 7;
@@ -26,21 +28,27 @@ pub(super) fn of_dbc(dbc: &Dbc, bitrate_bit_s: u32) -> Option<Problem> {
     Some(if is_certain { problem } else { problem.warning() })
 }
 
-/// A problem when what the stack and its drives say to each other is more than
-/// the bus carries.
-pub(super) fn of_stack(document: &Document, stack: &StackConfig, bitrate_bit_s: u32) -> Option<Problem> {
-    let dbc = &stack.profile.dbc;
-    let loads = stack.profile.traffic(stack.period).into_iter().filter_map(|(id, kind, cycle)| {
-        let message = dbc.message_by_id(id)?;
-        let len = if kind == FrameKind::Remote { 0 } else { message.len };
-        Some((message.name.as_str(), f64::from(worst_case_frame_bits(id, len, kind)) / cycle.as_secs_f64()))
-    });
-    let load = Load::of(loads.collect(), bitrate_bit_s)?;
-    Some(
-        document
-            .problem_at("period_s", load.title(), load.label())
-            .help("make `period_s` longer or `bus.bitrate_bit_s` higher"),
-    )
+/// A problem when the bus cannot carry in time what the stack and its drives
+/// say to each other. More than the bus carries is an error; what can be late
+/// only when all comes together is a warning.
+pub(super) fn of_stack(document: &Document, stack: &StackConfig, bit_rate_bit_s: u32) -> Option<Problem> {
+    let profile = &stack.profile;
+    let terms = Terms { period: stack.period, bit_rate_bit_s, lateness: Duration::ZERO, answer: Duration::ZERO };
+    let budget = Budget::of(profile, &terms);
+    if budget.holds() {
+        return None;
+    }
+    let report = Report::of(profile, budget);
+    let load = report.budget.load;
+    let percent = 100.0 * load;
+    let found = format!("found that {}", report.failures[0]);
+    let problem = if load > 1.0 {
+        let title = format!("the bus cannot carry this: {percent:.0} % of its {bit_rate_bit_s} bit/s");
+        document.problem_at("period_s", title, found)
+    } else {
+        document.problem_at("period_s", "the bus cannot always carry this in time", found).warning()
+    };
+    Some(problem.help(report.remedy()))
 }
 
 /// More than a bus carries.

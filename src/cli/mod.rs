@@ -1,5 +1,6 @@
 //! The command line of `canloop`.
 
+mod budget;
 mod check;
 #[cfg(target_os = "linux")]
 mod doctor;
@@ -38,6 +39,8 @@ enum Command {
     Doctor(doctor::Args),
     /// Look through DBC files, drive profiles, robot files and scenarios
     Check(check::Args),
+    /// Tell whether the bus can carry a robot's traffic in time
+    Budget(budget::Args),
     /// Print the messages of a drive profile as a Markdown table
     #[command(after_help = "\
 Examples:
@@ -59,6 +62,7 @@ pub fn main() -> ExitCode {
         #[cfg(target_os = "linux")]
         Command::Doctor(args) => doctor::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Budget(args) => budget::run(&args),
         Command::Messages { profile } => messages(&profile),
     };
     result.unwrap_or_else(|problems| {

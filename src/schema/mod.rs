@@ -30,6 +30,7 @@ mod roles;
 mod signal;
 mod slot;
 mod step_end;
+mod traffic;
 mod units;
 
 pub use bits::ByteOrder;
@@ -44,4 +45,5 @@ pub use profile::{Acts, Applied, Asks, Profile};
 pub use quantities::{PositionScale, TorqueScale};
 pub use signal::{Raw, RawKind, Selector, Signal};
 pub use step_end::{StepEnd, StepEndCodec};
+pub use traffic::{Cause, Recurring};
 pub use units::{Motor, Nameplate};

@@ -5,8 +5,7 @@ use super::envelope::Envelope;
 use super::message::Message;
 use super::profile::{Acts, Asks, Profile, Shared};
 use super::role_table::{Of, Role};
-use crate::frame::{CanId, Frame, FrameKind};
-use crate::time::Duration;
+use crate::frame::{CanId, Frame};
 use crate::wheels::{Wheel, Wheels};
 
 impl Profile {
@@ -98,28 +97,6 @@ impl Profile {
             }
         });
         ids.into_iter()
-    }
-
-    /// The ids of what crosses the bus again and again, and how often it does
-    /// when the stack's period is `period`. Each part of feedback that is asked
-    /// for by a remote request has that of the same id before it.
-    pub fn traffic(&self, period: Duration) -> Vec<(CanId, FrameKind, Duration)> {
-        let mut traffic = Vec::new();
-        self.list_roles(|id, role, _| match role {
-            Role::Sync | Role::Command => traffic.push((id, FrameKind::Classic, period)),
-            Role::Feedback(_) if self.asks == Asks::Nothing => {
-                traffic.push((id, FrameKind::Classic, self.feedback_period.unwrap_or(period)));
-            }
-            Role::Feedback(_) => {
-                if self.asks == Asks::ByPoll {
-                    traffic.push((id, FrameKind::Remote, period));
-                }
-                traffic.push((id, FrameKind::Classic, period));
-            }
-            Role::Heartbeat => traffic.extend(self.heartbeat_period.map(|cycle| (id, FrameKind::Classic, cycle))),
-            Role::Fault | Role::Word => {}
-        });
-        traffic
     }
 
     /// Every message with what it is for and whose it is.

@@ -1,5 +1,6 @@
 //! `canloop drive`: the deployed program.
 
+mod over_budget;
 mod report;
 
 use std::path::PathBuf;
@@ -30,7 +31,8 @@ Examples:
 Ctrl-C and SIGTERM brake the robot to rest and disable the drives; once more
 takes the torque away at once.
 Where the configuration has bus.bitrate_bit_s, an interface with another bit
-rate is refused.
+rate is refused. By the clock, so is a robot whose traffic a bus of that rate
+cannot carry in time: see canloop budget.
 Exit status: 0 the run ended as it should, 1 the stack tripped or the other
 side fell silent, 2 bad input or no bus.")]
 pub struct Args {
@@ -58,6 +60,9 @@ pub struct Args {
     /// First clear a fault that holds a drive
     #[arg(long)]
     clear_fault: bool,
+    /// Drive even when the bus cannot carry all messages in time
+    #[arg(long)]
+    over_budget: bool,
     /// In lock-step: how long the other side may be silent, s
     #[arg(long, default_value_t = 10.0, value_name = "SECONDS")]
     dead_man_s: f64,
@@ -77,6 +82,10 @@ pub fn run(args: &Args) -> Result<ExitCode, Problems> {
     let config = &robot.stack;
     let patience = seconds("--dead-man-s", args.dead_man_s)?;
     let duration = args.duration_s.map(|duration_s| seconds("--duration-s", duration_s)).transpose()?;
+    // In lock-step time waits for the bus.
+    if args.pace == Pace::Realtime && !args.over_budget {
+        over_budget::refuse(&robot, &args.bus)?;
+    }
     let clock = Clock::new();
     let mut bus = open_bus(args, &robot, clock)?;
     let log = args.log.as_deref().map(|path| open_log(path, &args.bus, config, &robot.text)).transpose()?;
