@@ -78,8 +78,8 @@ fn what_is_received_and_what_loads_the_bus_has_the_robot_s_ids() {
     let drives = [0x085, 0x086, 0x185, 0x186, 0x285, 0x286, 0x705, 0x706].map(CanId::Standard);
     assert_eq!(ids, drives);
     let traffic = profile.traffic(Duration::from_millis(5));
-    assert!(traffic.iter().all(|(id, ..)| profile.dbc.message_by_id(*id).is_some()));
-    assert!(traffic.iter().any(|(id, ..)| *id == CanId::Standard(0x205)));
+    assert!(traffic.iter().all(|sent| profile.dbc.message_by_id(sent.id).is_some()));
+    assert!(traffic.iter().any(|sent| sent.id == CanId::Standard(0x205)));
 }
 
 #[test]

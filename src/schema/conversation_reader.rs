@@ -4,7 +4,7 @@ use super::conversation::{Conversation, Patience, State, StateId, Watchdog, Word
 use super::linker::{Linked, Linker, nearest};
 use super::message::{DriveState, FaultCode};
 use super::pattern::Field;
-use super::profile_words::FAULTS;
+use super::profile::words::FAULTS;
 use super::quantities::{FaultField, StateField};
 use super::roles::{WordContent, WordRole};
 use super::signal::Signal;

@@ -3,15 +3,15 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::dbc::Dbc;
-use super::profile::Profile;
-use super::profile_reader;
+use super::Profile;
+use super::reader;
 use crate::config::{Document, Problem, Problems, Reader, Source};
+use crate::schema::dbc::Dbc;
 
 /// Name, TOML and DBC of the profiles that the program brings along.
 macro_rules! builtin {
     ($($name:literal),*) => {
-        [$(($name, include_str!(concat!("../../dbc/", $name, ".toml")), include_str!(concat!("../../dbc/", $name, ".dbc")))),*]
+        [$(($name, include_str!(concat!("../../../dbc/", $name, ".toml")), include_str!(concat!("../../../dbc/", $name, ".dbc")))),*]
     };
 }
 
@@ -55,7 +55,7 @@ impl Profile {
     pub fn parse(toml: &Document, dbc: &Arc<Source>) -> Result<Self, Problems> {
         let dbc = Dbc::parse(dbc)?;
         let reader = Reader::new(toml);
-        let profile = profile_reader::profile(&reader.root(), toml, dbc);
+        let profile = reader::profile(&reader.root(), toml, dbc);
         let profile = reader.finish(profile)?;
         Ok(profile.expect("what keeps a profile from being made is reported to the reader"))
     }
@@ -69,7 +69,7 @@ impl Profile {
         };
         let (dbc, mut findings) = Dbc::check(&source);
         let reader = Reader::new(toml);
-        let profile = profile_reader::profile(&reader.root(), toml, dbc);
+        let profile = reader::profile(&reader.root(), toml, dbc);
         if let Err(problems) = reader.finish(profile) {
             findings.extend(problems.0);
         }

@@ -1,12 +1,12 @@
 //! From messages to frames and back, as a profile lays them out.
 
-use super::conversation::WordId;
-use super::decode_error::DecodeError;
-use super::envelope::Envelope;
-use super::message::{Feedback, Message};
-use super::profile::{Asks, Profile};
-use super::role_table::{Of, Role};
+use super::{Asks, Profile};
 use crate::frame::{Frame, FrameKind};
+use crate::schema::conversation::WordId;
+use crate::schema::decode_error::DecodeError;
+use crate::schema::envelope::Envelope;
+use crate::schema::message::{Feedback, Message};
+use crate::schema::role_table::{Of, Role};
 use crate::wheels::{Wheel, Wheels};
 
 /// Why a role that is asked for is there.
@@ -184,7 +184,7 @@ impl Profile {
 
     /// The word that a frame says to this wheel's drive, if it says one.
     #[inline]
-    pub(super) fn word_of(&self, wheel: Wheel, frame: &Frame) -> Option<WordId> {
+    pub(in crate::schema) fn word_of(&self, wheel: Wheel, frame: &Frame) -> Option<WordId> {
         let words = self.words[wheel].iter();
         words.filter(|role| role.envelope.id == frame.id).find(|role| role.is_said_by(frame)).map(|role| role.word)
     }

@@ -9,11 +9,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::dbc::MessageLayout;
-use super::profile::Profile;
-use super::step_end::StepEndCodec;
+use super::Profile;
 use crate::config::{Document, Item, Problems, Reader, Section, Source};
 use crate::frame::CanId;
+use crate::schema::dbc::MessageLayout;
+use crate::schema::step_end::StepEndCodec;
 use crate::wheels::{Wheel, Wheels};
 
 impl Profile {

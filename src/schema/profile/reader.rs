@@ -1,20 +1,20 @@
 //! From a profile's TOML to the roles of its DBC's messages.
 
-use super::addressing::Addressing;
-use super::checksum::Crc8;
-use super::conversation_reader::ConversationReader;
-use super::dbc::Dbc;
-use super::envelope::CrcRule;
-use super::linker::{Linked, Linker, NODE};
-use super::profile::{Acts, Applied, Asks, Profile, Shared};
-use super::profile_words::{
+use super::words::{
     ACTS, APPLIED, ASKS, COMMAND_KEYS, FAULT_KEYS, FEEDBACK_KEYS, HEARTBEAT_KEYS, ROUNDINGS, SYNC_KEYS,
 };
-use super::role_signals::RoleSignals;
-use super::role_table::{Role, RoleTable};
-use super::roles::{CommandRole, FaultRole, FeedbackRole, HeartbeatRole, SyncRole, WordRole};
-use super::units::{Motor, Nameplate};
+use super::{Acts, Applied, Asks, Profile, Shared};
 use crate::config::{Document, Section};
+use crate::schema::addressing::Addressing;
+use crate::schema::checksum::Crc8;
+use crate::schema::conversation_reader::ConversationReader;
+use crate::schema::dbc::Dbc;
+use crate::schema::envelope::CrcRule;
+use crate::schema::linker::{Linked, Linker, NODE};
+use crate::schema::role_signals::RoleSignals;
+use crate::schema::role_table::{Role, RoleTable};
+use crate::schema::roles::{CommandRole, FaultRole, FeedbackRole, HeartbeatRole, SyncRole, WordRole};
+use crate::schema::units::{Motor, Nameplate};
 use crate::time::Duration;
 use crate::wheels::{Wheel, Wheels};
 
@@ -22,7 +22,7 @@ use crate::wheels::{Wheel, Wheels};
 const MOST_PARTS: usize = 8;
 
 /// Reads all of a profile. `None` only when a problem was reported.
-pub(super) fn profile(root: &Section<'_>, toml: &Document, dbc: Dbc) -> Option<Profile> {
+pub(in crate::schema) fn profile(root: &Section<'_>, toml: &Document, dbc: Dbc) -> Option<Profile> {
     let name = root.text("name");
     root.text("dbc");
     let reader = ProfileReader::new(root, &dbc);

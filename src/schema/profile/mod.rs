@@ -1,14 +1,25 @@
 //! A drive profile: which message and signal of a DBC carries what. Both ends
 //! of the bus read the same one.
 
-use super::addressing::Addressing;
-use super::conversation::{Conversation, Watchdog};
-use super::dbc::Dbc;
-use super::role_table::RoleTable;
-use super::roles::{CommandRole, FaultRole, FeedbackRole, HeartbeatRole, SyncRole, WordRole};
-use super::units::Nameplate;
+mod codec;
+mod frames;
+mod loading;
+mod overrides;
+mod reader;
+mod scales;
+mod traffic;
+pub(in crate::schema) mod words;
+
+use crate::schema::addressing::Addressing;
+use crate::schema::conversation::{Conversation, Watchdog};
+use crate::schema::dbc::Dbc;
+use crate::schema::role_table::RoleTable;
+use crate::schema::roles::{CommandRole, FaultRole, FeedbackRole, HeartbeatRole, SyncRole, WordRole};
+use crate::schema::units::Nameplate;
 use crate::time::Duration;
 use crate::wheels::Wheels;
+
+pub use traffic::{Cause, Recurring};
 
 /// A kind of drive, and how to speak with one on each wheel.
 #[derive(Clone, Debug)]
@@ -45,14 +56,14 @@ pub struct Profile {
     /// Whether the counter of feedback is that of the SYNC it answers; else
     /// it is the drive's own.
     pub counter_echoes_sync: bool,
-    pub(super) addressing: Addressing,
-    pub(super) sync: Option<SyncRole>,
-    pub(super) command: Shared<CommandRole>,
-    pub(super) feedback: Vec<Shared<FeedbackRole>>,
-    pub(super) heartbeat: Option<Shared<HeartbeatRole>>,
-    pub(super) fault: Option<Shared<FaultRole>>,
-    pub(super) words: Wheels<Vec<WordRole>>,
-    pub(super) roles: RoleTable,
+    pub(in crate::schema) addressing: Addressing,
+    pub(in crate::schema) sync: Option<SyncRole>,
+    pub(in crate::schema) command: Shared<CommandRole>,
+    pub(in crate::schema) feedback: Vec<Shared<FeedbackRole>>,
+    pub(in crate::schema) heartbeat: Option<Shared<HeartbeatRole>>,
+    pub(in crate::schema) fault: Option<Shared<FaultRole>>,
+    pub(in crate::schema) words: Wheels<Vec<WordRole>>,
+    pub(in crate::schema) roles: RoleTable,
 }
 
 /// What makes drives answer with their feedback.
@@ -92,7 +103,7 @@ pub enum Acts {
 
 /// Both wheels' parts of a message, which is one for both or one for each.
 #[derive(Clone, Debug)]
-pub(super) struct Shared<T> {
+pub(in crate::schema) struct Shared<T> {
     pub wheels: Wheels<T>,
     pub is_shared: bool,
 }

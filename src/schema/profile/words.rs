@@ -1,10 +1,10 @@
 //! The keys of a profile's roles, and the words that stand for something.
 
-use super::encoding::Rounding;
-use super::message::FaultCode;
-use super::profile::{Acts, Applied, Asks};
+use super::{Acts, Applied, Asks};
+use crate::schema::encoding::Rounding;
+use crate::schema::message::FaultCode;
 
-pub(super) const FAULTS: [(&str, FaultCode); 12] = [
+pub(in crate::schema) const FAULTS: [(&str, FaultCode); 12] = [
     ("none", FaultCode::None),
     ("command_timeout", FaultCode::CommandTimeout),
     ("command_corrupt", FaultCode::CommandCorrupt),
@@ -19,19 +19,19 @@ pub(super) const FAULTS: [(&str, FaultCode); 12] = [
     ("other", FaultCode::Other),
 ];
 
-pub(super) const ASKS: [(&str, Asks); 4] =
+pub(in crate::schema) const ASKS: [(&str, Asks); 4] =
     [("sync", Asks::BySync), ("poll", Asks::ByPoll), ("command", Asks::ByCommand), ("nothing", Asks::Nothing)];
 
-pub(super) const ACTS: [(&str, Acts); 2] = [("at sync", Acts::AtSync), ("on arrival", Acts::OnArrival)];
+pub(in crate::schema) const ACTS: [(&str, Acts); 2] = [("at sync", Acts::AtSync), ("on arrival", Acts::OnArrival)];
 
-pub(super) const APPLIED: [(&str, Applied); 3] =
+pub(in crate::schema) const APPLIED: [(&str, Applied); 3] =
     [("the last", Applied::TheLast), ("the mean", Applied::TheMean), ("coarse", Applied::Coarse)];
 
-pub(super) const ROUNDINGS: [(&str, Rounding); 2] =
+pub(in crate::schema) const ROUNDINGS: [(&str, Rounding); 2] =
     [("nearest", Rounding::Nearest), ("truncate", Rounding::TowardsZero)];
 
-pub(super) const SYNC_KEYS: [&str; 3] = ["message", "counter", "crc"];
-pub(super) const COMMAND_KEYS: [&str; 11] = [
+pub(in crate::schema) const SYNC_KEYS: [&str; 3] = ["message", "counter", "crc"];
+pub(in crate::schema) const COMMAND_KEYS: [&str; 11] = [
     "shortest",
     "remainder",
     "message",
@@ -44,7 +44,7 @@ pub(super) const COMMAND_KEYS: [&str; 11] = [
     "counter",
     "crc",
 ];
-pub(super) const FEEDBACK_KEYS: [&str; 19] = [
+pub(in crate::schema) const FEEDBACK_KEYS: [&str; 19] = [
     "message",
     "shortest",
     "constants",
@@ -65,5 +65,6 @@ pub(super) const FEEDBACK_KEYS: [&str; 19] = [
     "counter",
     "crc",
 ];
-pub(super) const HEARTBEAT_KEYS: [&str; 6] = ["message", "state", "shown_as", "state_elsewhere", "fault", "crc"];
-pub(super) const FAULT_KEYS: [&str; 3] = ["message", "fault", "crc"];
+pub(in crate::schema) const HEARTBEAT_KEYS: [&str; 6] =
+    ["message", "state", "shown_as", "state_elsewhere", "fault", "crc"];
+pub(in crate::schema) const FAULT_KEYS: [&str; 3] = ["message", "fault", "crc"];

@@ -1,8 +1,8 @@
 //! What crosses the bus again and again while a robot is in motion.
 
-use super::profile::{Acts, Asks, Profile};
-use super::role_table::Role;
+use super::{Acts, Asks, Profile};
 use crate::frame::{CanId, FrameKind};
+use crate::schema::role_table::Role;
 use crate::time::Duration;
 
 /// A message that is sent again and again.

@@ -1,11 +1,11 @@
 //! What crosses the bus with drives of a profile: which frames, whose, when.
 
-use super::conversation::WordId;
-use super::envelope::Envelope;
-use super::message::Message;
-use super::profile::{Acts, Asks, Profile, Shared};
-use super::role_table::{Of, Role};
+use super::{Acts, Asks, Profile, Shared};
 use crate::frame::{CanId, Frame};
+use crate::schema::conversation::WordId;
+use crate::schema::envelope::Envelope;
+use crate::schema::message::Message;
+use crate::schema::role_table::{Of, Role};
 use crate::wheels::{Wheel, Wheels};
 
 impl Profile {
@@ -100,7 +100,7 @@ impl Profile {
     }
 
     /// Every message with what it is for and whose it is.
-    pub(super) fn list_roles(&self, mut tell: impl FnMut(CanId, Role, Of)) {
+    pub(in crate::schema) fn list_roles(&self, mut tell: impl FnMut(CanId, Role, Of)) {
         if let Some(sync) = &self.sync {
             tell(sync.envelope.id, Role::Sync, Of::Both);
         }

@@ -1,10 +1,10 @@
 //! What the numbers in a profile's frames can say: ranges, steps, counters.
 
-use super::message::Command;
-use super::profile::Profile;
-use super::quantities::{PositionScale, TorqueScale};
-use super::roles::FeedbackRole;
-use super::units::Motor;
+use super::Profile;
+use crate::schema::message::Command;
+use crate::schema::quantities::{PositionScale, TorqueScale};
+use crate::schema::roles::FeedbackRole;
+use crate::schema::units::Motor;
 use crate::wheels::Wheel;
 
 impl Profile {
