@@ -1,0 +1,29 @@
+//! The drives that ship, each with the scenario that drives the paper's robot
+//! with it.
+
+use hil_sim::scenario::{Link, Scenario};
+
+use crate::drives::DRIVES;
+use crate::script::Script;
+
+/// A scenario for every profile that ships.
+pub struct ShippedDrives(Vec<Scenario>);
+
+impl ShippedDrives {
+    pub fn load() -> Self {
+        Self(DRIVES.iter().map(|drive| Scenario::load(drive.scenario, &[]).expect("a good scenario")).collect())
+    }
+
+    /// The one that the script is about: it names the profile.
+    pub fn chosen_by(&self, script: &Script<'_>) -> &Scenario {
+        script.chosen(&self.0, |scenario| &scenario.stack.profile.name)
+    }
+}
+
+/// The bit rate of the scenario's bus, bit/s.
+pub fn bit_rate_bit_s(scenario: &Scenario) -> u32 {
+    match scenario.link {
+        Link::Can { bitrate_bit_s } => bitrate_bit_s,
+        Link::Ideal => unreachable!("these scenarios have a bus"),
+    }
+}
