@@ -2,7 +2,9 @@
 //! sender's name tells from real ones.
 
 use canloop::frame::{CanId, Frame, FrameKind};
-use canloop::schema::{Command, DriveState, FaultCode, Feedback, Heartbeat, Message, Profile, Request, StateId, WordId};
+use canloop::schema::{
+    Command, DriveState, FaultCode, Feedback, Heartbeat, Message, Profile, Request, StateId, WordId,
+};
 use canloop::wheels::Wheels;
 
 use crate::harness::Chance;
@@ -135,7 +137,12 @@ fn word(profile: &Profile, chance: &mut Chance) -> Option<WordId> {
 }
 
 fn fault(chance: &mut Chance) -> FaultCode {
-    let faults =
-        [FaultCode::None, FaultCode::CommandTimeout, FaultCode::OverCurrent, FaultCode::EmergencyStop, FaultCode::Other];
+    let faults = [
+        FaultCode::None,
+        FaultCode::CommandTimeout,
+        FaultCode::OverCurrent,
+        FaultCode::EmergencyStop,
+        FaultCode::Other,
+    ];
     faults[chance.below(faults.len())]
 }
