@@ -157,9 +157,9 @@ impl<'s> Bench<'s> {
             Act::Run => self.run(number),
             Act::Lose => self.to_lose = number.rem_euclid(100),
             Act::Replay => self.inject(self.recent(number)),
-            Act::Damage => self.inject(self.recent(number >> 32).map(|real| frames::damaged(&real, &mut chance))),
+            Act::Damage => self.inject(self.recent(number).map(|real| frames::damaged(&real, &mut chance))),
             Act::Forge => {
-                let real = self.recent(number >> 32);
+                let real = self.recent(number);
                 self.inject(real.and_then(|real| frames::forged(self.profile, &real, &mut chance)));
             }
             Act::Known => self.inject(Some(frames::in_a_known_name(self.profile, &mut chance))),

@@ -158,7 +158,7 @@ impl<'s> Bench<'s> {
             Act::Repeat => self.doom(Fate::ComesTwice, number),
             Act::Replay => self.inject(self.recent(number)),
             Act::Forge => {
-                let real = self.recent(number >> 32);
+                let real = self.recent(number);
                 self.inject(real.and_then(|real| frames::forged(self.profile, &real, &mut chance)));
             }
             Act::Known => self.inject(Some(frames::in_a_known_name(self.profile, &mut chance))),
