@@ -315,9 +315,10 @@ impl Drive {
     }
 
     fn quantised(&self, torque_nm: f64) -> f64 {
-        let step_nm = self.spec.torque_step_nm;
-        let limited = torque_nm.clamp(-self.spec.torque_limit_nm, self.spec.torque_limit_nm);
-        if step_nm > 0.0 { (limited / step_nm).round() * step_nm } else { limited }
+        let DriveSpec { torque_limit_nm, torque_step_nm, .. } = self.spec;
+        let in_steps_nm =
+            if torque_step_nm > 0.0 { (torque_nm / torque_step_nm).round() * torque_step_nm } else { torque_nm };
+        in_steps_nm.clamp(-torque_limit_nm, torque_limit_nm)
     }
 }
 
@@ -439,6 +440,15 @@ mod tests {
             rig.sync(PERIOD_S);
             assert!((rig.drive.torque().final_nm - expected).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn a_limit_between_two_steps_of_torque_is_kept() {
+        let mut rig = Rig::enabled();
+        rig.drive.spec.torque_step_nm = 0.7;
+        rig.command(1, 90.0, "enable");
+        rig.sync(PERIOD_S);
+        assert_eq!(rig.drive.torque().final_nm, 90.0);
     }
 
     #[test]

@@ -3,23 +3,12 @@
 
 mod rig;
 
+use rig::drives::{DRIVES, Promise};
 use rig::{Rig, number};
-
-/// Scenario, worst position error from 30 s on (m), chatter (N m): about a half
-/// more than is measured, and no more than README.md promises.
-const DRIVES: [(&str, f64, f64); 7] = [
-    ("dac-friction", 0.002, 0.25),
-    ("cia402", 0.002, 0.05),
-    ("odrive-0.6", 0.002, 0.15),
-    ("odrive-0.5", 0.002, 0.15),
-    ("vesc", 0.002, 0.05),
-    ("damiao-dm4310", 0.002, 0.4),
-    ("comma-body", 0.1, 0.2),
-];
 
 #[test]
 fn the_robot_keeps_to_its_path_on_every_kind_of_drive() {
-    for (scenario, max_after_30s_m, chatter_nm) in DRIVES {
+    for Promise { scenario, max_after_30s_m, chatter_nm } in DRIVES {
         let rig = Rig::new();
         let run = rig.run(scenario, &[]).expect_status(0);
         let summary = rig.summary("runs");
@@ -35,7 +24,7 @@ fn the_robot_keeps_to_its_path_on_every_kind_of_drive() {
 fn every_profile_that_ships_has_a_row_here() {
     let mut driven: Vec<String> = DRIVES
         .iter()
-        .map(|(scenario, ..)| {
+        .map(|Promise { scenario, .. }| {
             hil_sim::scenario::Scenario::load(scenario, &[]).expect("a good scenario").stack.profile.name
         })
         .collect();

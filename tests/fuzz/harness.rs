@@ -44,7 +44,7 @@ impl Target<'_> {
             let outcome = catch_unwind(AssertUnwindSafe(|| run(&input))).unwrap_or_else(|panic| {
                 let path = self.keep(&input);
                 eprintln!("{}: input {tried} panicked and is kept in {}", self.name, path.display());
-                eprintln!("again: CANLOOP_FUZZ_SEED={seed}; once it is mended, put the file into tests/fuzz/seeds");
+                eprintln!("again: CANLOOP_FUZZ_SEED={seed}; put the file among the seeds, in tests/fuzz/seeds");
                 resume_unwind(panic)
             });
             let is_new = seen.insert(outcome);

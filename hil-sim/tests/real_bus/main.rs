@@ -11,6 +11,7 @@ mod candump_beside_a_run;
 mod dead_other_side;
 mod garbage_on_the_bus;
 mod lockstep_over_every_bus;
+mod path_kept_with_every_drive;
 mod python_controller;
 mod readme_example;
 mod two_programs;
@@ -24,6 +25,11 @@ use self::with_can::run_where_there_is;
 #[test]
 fn all_of_it_holds_on_the_kernels_virtual_bus() {
     run_where_there_is("with-vcan", "over_vcan");
+}
+
+#[test]
+fn every_kind_of_drive_keeps_to_the_path_on_the_kernels_virtual_bus() {
+    run_where_there_is("with-vcan", "with_every_drive_on_vcan");
 }
 
 #[test]

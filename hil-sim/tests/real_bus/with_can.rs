@@ -17,7 +17,7 @@ pub fn run_where_there_is(script: &str, tests: &str) {
         .arg("--")
         .arg(std::env::current_exe().expect("this test has a path"))
         .args(["--ignored", tests, "--test-threads", "1", "--color", "never"])
-        .env("CANLOOP_VM_TIMEOUT_S", "900")
+        .env("CANLOOP_VM_TIMEOUT_S", "1800")
         .env(two_programs::PYTHON, two_programs::python())
         .stdin(Stdio::null())
         .output()
