@@ -101,3 +101,52 @@ impl Controller {
         Decision { target, torque_nm: self.law.torque_nm(&target, measured) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::tests::{PERIOD_S, circle, robot};
+
+    fn controller() -> Controller {
+        let law = LawConfig::Dac { kd_per_s: 3.0, kp_per_s2: 0.6 };
+        let pose_loop = PoseLoop::None;
+        ControllerConfig { belief: robot(), path: circle(), pose_loop, law, period_s: PERIOD_S }
+            .build(Sampling::OverBus)
+    }
+
+    /// Decisions of the first ticks, at which the robot lags behind.
+    fn first_decisions(controller: &mut Controller) -> [Decision; 3] {
+        let lagging = Measured { angle_rad: Wheels::both(-0.1), ..Measured::default() };
+        std::array::from_fn(|_| {
+            let decision = controller.decide(&Pose::default(), &lagging);
+            controller.advance();
+            decision
+        })
+    }
+
+    #[test]
+    fn it_leads_along_the_path_and_a_reset_begins_anew() {
+        let mut controller = controller();
+        let start = *controller.reference();
+        assert_eq!(start.pose, circle().start());
+        let first = first_decisions(&mut controller);
+        assert_ne!(first[0].torque_nm, first[1].torque_nm, "the law remembers");
+        assert!(controller.reference().distance_m > start.distance_m);
+        controller.reset();
+        assert_eq!(*controller.reference(), start);
+        assert_eq!(first_decisions(&mut controller), first);
+    }
+
+    #[test]
+    fn braking_is_over_when_the_wheels_are_wanted_at_rest() {
+        let mut controller = controller();
+        assert!(!controller.is_braking() && !controller.is_braked());
+        let turning = Measured { speed_rad_s: Wheels::both(0.05), ..Measured::default() };
+        controller.brake(&turning, 5.0);
+        assert!(controller.is_braking() && !controller.is_braked());
+        for _ in 0..3 {
+            controller.decide(&Pose::default(), &turning);
+        }
+        assert!(controller.is_braking() && controller.is_braked());
+    }
+}
