@@ -13,7 +13,7 @@ use canloop::schema::{Acts, Asks, DriveState, FaultCode, Feedback, Message, Prof
 use canloop::time::{Duration, Instant};
 use canloop::wheels::{Wheel, Wheels};
 
-use crate::drive::{Drive, DriveSpec};
+use crate::drive::{Drive, DriveSpec, Trouble};
 use crate::plant::{Plant, State};
 
 /// Two drives and the plant that they move.
@@ -138,8 +138,7 @@ impl VirtualRobot {
     pub fn handle_wakeup(&mut self, at: Instant) {
         if let Some(period) = self.profile.heartbeat_period.filter(|_| at >= self.next_heartbeat) {
             self.next_heartbeat += period;
-            let messages = Wheels::from_fn(|wheel| Message::Heartbeat(wheel, self.drives[wheel].heartbeat()));
-            self.send_both(messages, self.profile.shares_heartbeat());
+            self.tell_of_life();
         }
         if let Some(period) = self.profile.feedback_period.filter(|_| at >= self.next_feedback) {
             self.next_feedback += period;
@@ -189,6 +188,16 @@ impl VirtualRobot {
         self.drives.as_ref().map(Drive::period_mean_nm)
     }
 
+    /// Something else is wrong with a drive from now on, or nothing any more.
+    pub fn get_into(&mut self, wheel: Wheel, trouble: Trouble) {
+        self.drives[wheel].get_into(trouble);
+    }
+
+    /// The plant, for something to happen to it.
+    pub const fn plant_mut(&mut self) -> &mut Plant {
+        &mut self.plant
+    }
+
     /// Something in a drive fails.
     pub fn raise_fault(&mut self, wheel: Wheel, fault: FaultCode) {
         self.drives[wheel].raise(fault);
@@ -211,6 +220,21 @@ impl VirtualRobot {
         self.awaited = self.profile.frames_at_beginning();
         for wheel in Wheel::BOTH {
             self.drives[wheel].begin_period();
+        }
+    }
+
+    /// Drives with power do; one message for both comes while either has any.
+    fn tell_of_life(&mut self) {
+        let is_powered = self.drives.as_ref().map(|drive| drive.trouble().is_powered);
+        let messages = Wheels::from_fn(|wheel| Message::Heartbeat(wheel, self.drives[wheel].heartbeat()));
+        if self.profile.shares_heartbeat() {
+            if is_powered.any(|&is_powered| is_powered) {
+                self.send_both(messages, true);
+            }
+            return;
+        }
+        for wheel in Wheel::BOTH.into_iter().filter(|&wheel| is_powered[wheel]) {
+            self.send(wheel, messages[wheel]);
         }
     }
 
@@ -261,7 +285,7 @@ impl VirtualRobot {
     /// the right wheel's.
     fn report(&mut self, wheel: Wheel, part: u8, sync_counter: u8) {
         if self.profile.shares_feedback(part) {
-            if wheel == Wheel::Right {
+            if wheel == Wheel::Right && !self.drives.all(Drive::is_silent) {
                 let both = Wheels::from_fn(|wheel| self.feedback(wheel, part, sync_counter));
                 self.send_both(both, true);
             }

@@ -14,7 +14,7 @@ mod limit;
 mod stretch;
 mod torque;
 
-use canloop::robot::{Pose, Robot};
+use canloop::robot::{Load, Pose, Robot};
 use canloop::wheels::Wheels;
 
 use course::Course;
@@ -31,8 +31,13 @@ const FASTEST_RAD_S: f64 = 1e5;
 /// The robot on the floor, with motors that give torque.
 #[derive(Clone, Debug)]
 pub struct Plant {
+    robot: Robot,
+    /// Of the wheels themselves; `dynamics` has what the floor makes of it.
+    friction: Wheels<Friction>,
     dynamics: Dynamics,
     course: Course,
+    /// What pushes the robot, as torque at the wheels, N m.
+    pushed_nm: Wheels<f64>,
     state: State,
     /// Divides the length of every step.
     refinement: f64,
@@ -53,7 +58,10 @@ impl Plant {
     /// A robot at rest at `start`, its wheel angles zero.
     pub fn new(robot: Robot, friction: Wheels<Friction>, start: Pose) -> Self {
         Self {
+            robot,
+            friction,
             dynamics: Dynamics::new(&robot, friction),
+            pushed_nm: Wheels::default(),
             course: Course::new(&robot, start),
             state: State { pose: start, ..State::default() },
             refinement: 1.0,
@@ -69,7 +77,7 @@ impl Plant {
     /// Moves on by `span_s` seconds, however many, under this torque, which
     /// must be finite. Nothing happens for zero or less.
     pub fn advance(&mut self, span_s: f64, torque: Wheels<Torque>) {
-        let mut torque = torque;
+        let mut torque = torque.zip_with(self.pushed_nm, |torque, pushed_nm| torque.raised_by(pushed_nm));
         let mut left_s = span_s;
         while left_s > 0.0 {
             let step_s = self.step(left_s, torque);
@@ -78,6 +86,40 @@ impl Plant {
                 torque = torque.map(|torque| torque.after(step_s));
             }
         }
+    }
+
+    /// Another load, or the same one elsewhere, from now on. The wheels go on
+    /// at the speed that they have.
+    pub fn set_load(&mut self, load: Load) {
+        self.robot.load = load;
+        self.dynamics = Dynamics::new(&self.robot, self.friction);
+    }
+
+    /// Other friction from now on.
+    pub fn set_friction(&mut self, friction: Wheels<Friction>) {
+        self.friction = friction;
+        self.dynamics = Dynamics::new(&self.robot, friction);
+    }
+
+    /// The friction of the wheels.
+    pub const fn friction(&self) -> &Wheels<Friction> {
+        &self.friction
+    }
+
+    /// The robot as it is now, with its load.
+    pub const fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    /// Pushes the robot from now on with a force along its heading, N, at the
+    /// middle of the axle, and a moment about it, N m, counter-clockwise. What
+    /// pushes it sideways the wheels hold.
+    pub fn push(&mut self, force_n: f64, moment_nm: f64) {
+        let Robot { wheel_radius_m, half_track_m, .. } = self.robot;
+        // The same power at the wheels: eq 1-2 transposed.
+        let (straight_nm, turning_nm) =
+            (force_n * wheel_radius_m / 2.0, moment_nm * wheel_radius_m / (2.0 * half_track_m));
+        self.pushed_nm = Wheels { right: straight_nm + turning_nm, left: straight_nm - turning_nm };
     }
 
     /// The present state.

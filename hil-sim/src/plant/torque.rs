@@ -18,6 +18,11 @@ impl Torque {
         Self { final_nm: nm, excess_nm: 0.0, time_constant_s: 0.0 }
     }
 
+    /// The same with a constant torque added, N m.
+    pub fn raised_by(self, nm: f64) -> Self {
+        Self { final_nm: self.final_nm + nm, ..self }
+    }
+
     /// The torque after `t_s` seconds, N m.
     pub fn at(&self, t_s: f64) -> f64 {
         self.final_nm + self.excess_nm * self.decay(t_s)

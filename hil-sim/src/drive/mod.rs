@@ -2,6 +2,8 @@
 //! between its bus and its motor. What it answers to which word is its
 //! profile's; what is here is the same for all.
 
+mod trouble;
+
 use canloop::schema::{
     Acts, Applied, Command, Conversation, DriveState, FaultCode, Feedback, Heartbeat, Patience, Profile, StateId,
     Watchdog, WordId,
@@ -9,6 +11,8 @@ use canloop::schema::{
 
 use crate::encoder::Encoder;
 use crate::plant::Torque;
+
+pub use trouble::Trouble;
 
 /// What a drive is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +35,7 @@ pub struct Drive {
     watchdog: Option<Watchdog>,
     acts: Acts,
     applied: Applied,
+    trouble: Trouble,
     memory: Memory,
 }
 
@@ -93,6 +98,7 @@ impl Drive {
             watchdog: profile.watchdog,
             acts: profile.acts,
             applied: profile.applied,
+            trouble: Trouble::NONE,
             memory: Memory::BLANK,
         }
     }
@@ -102,9 +108,27 @@ impl Drive {
         self.memory = Memory::BLANK;
     }
 
+    /// What is wrong with it.
+    pub const fn trouble(&self) -> &Trouble {
+        &self.trouble
+    }
+
+    /// Something else is wrong with it from now on, or nothing any more.
+    pub fn get_into(&mut self, trouble: Trouble) {
+        if !trouble.is_powered {
+            self.power_cycle();
+        }
+        self.trouble = trouble;
+    }
+
+    /// What its encoder counts while the wheel has turned by `angle_rad`.
+    pub fn counts(&self, angle_rad: f64) -> i64 {
+        self.trouble.counts(self.spec.encoder.counts(angle_rad))
+    }
+
     /// Takes a valid command: into force at once, or with the next SYNC.
     pub fn take_command(&mut self, command: Command, has_counter: bool) {
-        if has_counter && self.memory.last_counter == Some(command.counter) {
+        if !self.trouble.is_powered || has_counter && self.memory.last_counter == Some(command.counter) {
             return;
         }
         self.memory.last_counter = Some(command.counter);
@@ -125,7 +149,8 @@ impl Drive {
 
     /// Takes a word that came by itself.
     pub fn hear(&mut self, word: WordId) {
-        if let Some(next) = self.conversation.hears(self.memory.state, word) {
+        let next = self.conversation.hears(self.memory.state, word);
+        if let Some(next) = next.filter(|_| self.trouble.is_powered) {
             self.enter_by(word, next);
         }
     }
@@ -137,7 +162,7 @@ impl Drive {
 
     /// Lets `span_s` pass, under the torque in force.
     pub fn elapse(&mut self, span_s: f64) {
-        if span_s <= 0.0 {
+        if span_s <= 0.0 || !self.trouble.is_powered {
             return;
         }
         let (mean_nm, torque) = self.memory.torque.elapse(span_s);
@@ -168,7 +193,7 @@ impl Drive {
 
     /// SYNC puts the waiting command into force.
     pub fn sync(&mut self) {
-        if self.acts == Acts::AtSync {
+        if self.acts == Acts::AtSync && self.trouble.is_powered {
             self.step_state();
             self.count_period();
             self.put_into_force();
@@ -185,9 +210,9 @@ impl Drive {
     /// turns at `speed_rad_s`; `position` makes of an encoder count what the
     /// report carries.
     pub fn feedback(&self, angle_rad: f64, speed_rad_s: f64, position: impl Fn(i64) -> f64) -> Feedback {
-        Feedback {
+        self.trouble.reported(Feedback {
             part: 0,
-            position: Some(position(self.spec.encoder.counts(angle_rad))),
+            position: Some(position(self.counts(angle_rad))),
             speed_rad_s: Some(speed_rad_s),
             torque_applied_nm: Some(if self.applied == Applied::TheMean {
                 self.memory.period_mean_nm
@@ -198,7 +223,7 @@ impl Drive {
             fault: Some(self.memory.fault),
             mode: Some(self.memory.mode),
             counter: None,
-        }
+        })
     }
 
     /// A sign of life.
@@ -216,9 +241,9 @@ impl Drive {
         self.conversation.name(self.memory.state)
     }
 
-    /// Whether it gives no feedback in its state.
+    /// Whether it gives no feedback.
     pub fn is_silent(&self) -> bool {
-        self.conversation.is_silent(self.memory.state)
+        self.trouble.is_mute || !self.trouble.is_powered || self.conversation.is_silent(self.memory.state)
     }
 
     /// A fault that was raised since the last call.
@@ -228,7 +253,8 @@ impl Drive {
 
     /// Something in it fails.
     pub fn raise(&mut self, fault: FaultCode) {
-        if let Some(state) = self.conversation.state_meaning(DriveState::Fault) {
+        let state = self.conversation.state_meaning(DriveState::Fault);
+        if let Some(state) = state.filter(|_| self.trouble.is_powered) {
             self.fail(state, fault);
         }
     }
@@ -315,7 +341,8 @@ impl Drive {
     }
 
     fn quantised(&self, torque_nm: f64) -> f64 {
-        let DriveSpec { torque_limit_nm, torque_step_nm, .. } = self.spec;
+        let DriveSpec { torque_step_nm, .. } = self.spec;
+        let torque_limit_nm = self.spec.torque_limit_nm.min(self.trouble.torque_limit_nm);
         let in_steps_nm =
             if torque_step_nm > 0.0 { (torque_nm / torque_step_nm).round() * torque_step_nm } else { torque_nm };
         in_steps_nm.clamp(-torque_limit_nm, torque_limit_nm)
