@@ -22,6 +22,8 @@ pub enum Event {
     Timing(Timing),
     /// The stack changed its state, or refused something, and why.
     Notice(Notice),
+    /// Something that a scenario planned began or ended.
+    Mark(Mark),
 }
 
 /// A reader of events.
@@ -123,6 +125,15 @@ pub struct Notice {
     pub kind: &'static str,
     /// One sentence for people.
     pub text: &'static str,
+}
+
+/// The beginning or the end of something that a scenario planned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mark {
+    /// Which, as an index into the scenario's events.
+    pub event: u16,
+    /// Whether it has begun; else it has ended.
+    pub has_begun: bool,
 }
 
 impl Tick {

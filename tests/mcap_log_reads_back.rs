@@ -7,7 +7,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::Command;
 
-use canloop::event::{Event, Sink, Tick, Timing, Truth};
+use canloop::event::{Event, Mark, Sink, Tick, Timing, Truth};
 use canloop::frame::FrameKind;
 use canloop::log::{LogContents, LogReport, LoggedBus, McapLog, WhenFull};
 use canloop::time::Instant;
@@ -125,6 +125,7 @@ fn write(path: &Path, events: &[(Instant, Event)]) -> LogReport {
     let contents = LogContents {
         buses: vec![LoggedBus { name: "can0", dbcs: vec![&dbc] }, LoggedBus { name: "can 1", dbcs: vec![&dbc] }],
         attachments: vec![("made_up.dbc".to_owned(), "text/plain".to_owned(), log_events::DBC.into())],
+        planned: vec!["a push".to_owned()],
         metadata: BTreeMap::from([("version".to_owned(), "1.2.3".to_owned())]),
     };
     let mut log = McapLog::create(path, &contents, WhenFull::Wait).expect("the log begins");
@@ -154,6 +155,11 @@ fn expectation(at: Instant, event: &Event) -> Option<Value> {
         Event::Truth(truth) => ("/canloop/truth".to_owned(), json!(by_name(&Truth::NAMES, &truth.values()))),
         Event::Timing(timing) => ("/canloop/loop".to_owned(), json!(by_name(&Timing::NAMES, &timing.values()))),
         Event::Notice(notice) => ("/canloop/notices".to_owned(), json!({"name": notice.kind, "message": notice.text})),
+        Event::Mark(Mark { event, has_begun }) => {
+            let name = if *event == 0 { "a push" } else { "an event" };
+            let message = format!("{name} {}", if *has_begun { "begins" } else { "ends" });
+            ("/canloop/notices".to_owned(), json!({"name": "event", "message": message}))
+        }
     };
     Some(json!({"topic": topic, "at": at.as_nanos(), "value": value}))
 }

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use canloop::event::{Event, Sink, Truth};
+use canloop::event::{Event, Mark, Sink, Truth};
 use canloop::robot::{Pose, wrap_angle_rad};
 use canloop::safety::Operator;
 use canloop::stack::Stack;
@@ -82,6 +82,7 @@ pub(crate) fn is_lost(truth: &Truth) -> bool {
 }
 
 struct Bench<'s, S> {
+    scenario: &'s Scenario,
     stack: Stack,
     far_side: FarSide,
     sink: &'s mut S,
@@ -96,11 +97,12 @@ struct Bench<'s, S> {
 }
 
 impl<'s, S: Sink> Bench<'s, S> {
-    fn new(scenario: &Scenario, bitrate_bit_s: u32, sink: &'s mut S) -> Self {
+    fn new(scenario: &'s Scenario, bitrate_bit_s: u32, sink: &'s mut S) -> Self {
         let start = Instant::ZERO;
         let mut stack = Stack::new(&scenario.stack, start);
         stack.operate(Operator::Enable);
         Self {
+            scenario,
             stack,
             far_side: FarSide::new(scenario, bitrate_bit_s, start),
             sink,
@@ -170,7 +172,21 @@ impl<'s, S: Sink> Bench<'s, S> {
                 self.sink.event(at, &Event::Truth(truth));
                 self.truth = Some(truth);
             }
+            Some((at, Happening::Marked(mark))) => self.take_mark(at, mark),
             Some((_, Happening::Answered)) | None => {}
+        }
+    }
+
+    /// Something planned began or ended; where it is the operator's doing, the
+    /// stack is told.
+    fn take_mark(&mut self, at: Instant, mark: Mark) {
+        self.sink.event(at, &Event::Mark(mark));
+        let wish = self.scenario.events[usize::from(mark.event)].operator().filter(|_| mark.has_begun);
+        if let Some(wish) = wish {
+            self.stack.operate(wish);
+            while let Some(event) = self.stack.poll_event() {
+                self.told_by_stack.push(event);
+            }
         }
     }
 

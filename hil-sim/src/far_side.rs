@@ -10,13 +10,14 @@
 
 use std::collections::VecDeque;
 
-use canloop::event::BusFrame;
+use canloop::event::{BusFrame, Mark};
 use canloop::frame::Frame;
 use canloop::time::{Duration, Instant};
 use canloop::wheels::{Wheel, Wheels};
 
 use crate::plant::State;
 use crate::scenario::Scenario;
+use crate::timeline::Timeline;
 use crate::virtual_robot::VirtualRobot;
 use crate::wire::{Node, Wire, WireStats};
 
@@ -32,6 +33,7 @@ pub struct FarSide {
     /// Feedback that drives have sent and the wire has yet to deliver.
     unanswered: u32,
     happenings: VecDeque<(Instant, Happening)>,
+    timeline: Timeline,
 }
 
 /// Something that happened on the far side.
@@ -45,6 +47,8 @@ pub enum Happening {
     Synced(Synced),
     /// The drives have answered: nothing more comes before the next period.
     Answered,
+    /// An event of the scenario began or ended.
+    Marked(Mark),
 }
 
 /// How far a step has come.
@@ -75,8 +79,10 @@ impl FarSide {
     /// The far side of `scenario`, on a bus of this bit rate, before the
     /// first SYNC, which is due at `start`.
     pub fn new(scenario: &Scenario, bitrate_bit_s: u32, start: Instant) -> Self {
+        let robot = scenario.virtual_robot(start);
         Self {
-            robot: scenario.virtual_robot(start),
+            timeline: Timeline::new(&scenario.events, &robot),
+            robot,
             wire: Wire::new(bitrate_bit_s),
             period: scenario.stack.period,
             now: start,
@@ -101,6 +107,14 @@ impl FarSide {
         if self.step != Step::Over {
             self.go_on();
         }
+    }
+
+    /// What is planned for the period that has begun; the plant stands at its
+    /// beginning.
+    fn let_events_happen(&mut self, at: Instant) {
+        let Self { timeline, robot, happenings, period, .. } = self;
+        let t_s = (robot.ticks() - 1) as f64 * period.as_secs_f64();
+        timeline.go_on(t_s, robot, |mark| happenings.push_back((at, Happening::Marked(mark))));
     }
 
     /// Goes on with a step that has begun: to its end, or until the stack must
@@ -185,6 +199,7 @@ impl FarSide {
             };
             self.step = Step::Begun;
             self.happenings.push_back((at, Happening::Synced(synced)));
+            self.let_events_happen(at);
         }
     }
 

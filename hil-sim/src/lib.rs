@@ -23,6 +23,7 @@ pub mod route;
 pub mod scenario;
 pub mod serve;
 pub mod summary;
+pub mod timeline;
 pub mod torque_csv;
 pub mod trace;
 pub mod virtual_robot;

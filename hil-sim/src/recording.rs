@@ -39,6 +39,7 @@ impl<'s> Recording<'s> {
         let profile = &scenario.stack.profile;
         let contents = LogContents {
             buses: vec![LoggedBus { name: "can0", dbcs: vec![&profile.dbc] }],
+            planned: scenario.events.iter().map(|event| event.name.clone()).collect(),
             attachments: attachments(scenario),
             metadata: metadata(scenario),
         };

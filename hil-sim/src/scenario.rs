@@ -12,6 +12,7 @@ use crate::drive::DriveSpec;
 use crate::encoder::Encoder;
 use crate::expect::Expectation;
 use crate::plant::{Friction, Plant};
+use crate::timeline::{Planned, read_events};
 use crate::virtual_robot::VirtualRobot;
 
 /// Everything that a run is made from.
@@ -31,6 +32,8 @@ pub struct Scenario {
     pub stack: StackConfig,
     /// What joins the two.
     pub link: Link,
+    /// What happens on the way.
+    pub events: Vec<Planned>,
     /// What must hold.
     pub expectations: Vec<Expectation>,
     /// The scenario as one TOML text, with its base and the overrides in it.
@@ -118,10 +121,14 @@ impl Scenario {
             stack: StackConfig::read(root, &truth),
             robot: truth,
             link: read_link(&root.section("bus")),
+            events: read_events(root, &truth),
             expectations: read_expectations(root, duration_s),
             text: String::new(),
             overrides: Vec::new(),
         };
+        if scenario.link == Link::Ideal && !scenario.events.is_empty() {
+            root.complain("event", "found events on an ideal link, which nothing can go wrong on, expected a bus");
+        }
         if scenario.period_s() > duration_s {
             root.complain("period_s", &format!("found a period longer than `duration_s`, {duration_s}"));
         }

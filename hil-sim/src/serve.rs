@@ -194,6 +194,7 @@ impl<'r, S: Sink> Server<'r, S> {
                 }
                 Happening::Synced(synced) => self.begun = Some((synced.tick, self.tell(at, &synced))),
                 Happening::Answered => step = self.begun.take(),
+                Happening::Marked(mark) => self.sink.event(at, &Event::Mark(mark)),
             }
         }
         if let Some((tick, end)) = step {

@@ -241,7 +241,7 @@ impl Sink for Gauge {
             Event::Tick(tick) => {
                 Wheel::BOTH.into_iter().for_each(|wheel| self.take_torque(wheel, tick.torque_sent_nm[wheel]))
             }
-            Event::Sync(_) | Event::Timing(_) | Event::Notice(_) => return,
+            Event::Sync(_) | Event::Timing(_) | Event::Notice(_) | Event::Mark(_) => return,
         }
         self.watches.iter_mut().for_each(|watch| watch.event(event));
     }

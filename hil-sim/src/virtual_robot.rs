@@ -193,6 +193,17 @@ impl VirtualRobot {
         self.drives[wheel].get_into(trouble);
     }
 
+    /// What the encoders count now, by wheel.
+    pub fn encoder_counts(&self) -> Wheels<i64> {
+        let angle_rad = self.plant.state().angle_rad;
+        Wheels::from_fn(|wheel| self.drives[wheel].counts(angle_rad[wheel]))
+    }
+
+    /// The plant.
+    pub const fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
     /// The plant, for something to happen to it.
     pub const fn plant_mut(&mut self) -> &mut Plant {
         &mut self.plant

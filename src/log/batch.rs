@@ -4,7 +4,7 @@
 //! 8 bytes. A batch keeps order and classic frames in one list and the large
 //! payloads in lists of their own, so that the loop copies only what is there.
 
-use crate::event::{BusFrame, Event, Notice, Sink, Tick, Timing, Truth};
+use crate::event::{BusFrame, Event, Mark, Notice, Sink, Tick, Timing, Truth};
 use crate::frame::{CanId, Frame, FrameKind};
 use crate::time::{Duration, Instant};
 
@@ -35,6 +35,7 @@ enum Item {
     Truth,
     Timing,
     Notice,
+    Mark(Mark),
 }
 
 impl Batch {
@@ -86,6 +87,7 @@ impl Batch {
                 self.notices.push(*notice);
                 Item::Notice
             }
+            Event::Mark(mark) => Item::Mark(*mark),
         };
         self.items.push((at, item));
     }
@@ -109,6 +111,7 @@ impl Batch {
                 Item::Truth => truths.next().map(Event::Truth),
                 Item::Timing => timings.next().map(Event::Timing),
                 Item::Notice => notices.next().map(Event::Notice),
+                Item::Mark(mark) => Some(Event::Mark(mark)),
             };
             sink.event(at, &event.expect("a list holds as many as were announced"));
         }

@@ -21,6 +21,9 @@ pub struct LogContents<'a> {
     pub buses: Vec<LoggedBus<'a>>,
     /// Files to keep in the log: (name, media type, content).
     pub attachments: Vec<(String, String, Vec<u8>)>,
+    /// Names of what a scenario planned; [`crate::event::Mark::event`] is an
+    /// index into them.
+    pub planned: Vec<String>,
     /// What else is to be known of the run, such as version and seed.
     pub metadata: BTreeMap<String, String>,
 }
@@ -92,7 +95,7 @@ pub enum LogError {
 /// | `/canloop/stack` | protobuf, `canloop.Stack` | [`crate::event::Tick`] |
 /// | `/canloop/truth` | protobuf, `canloop.Truth` | [`crate::event::Truth`] |
 /// | `/canloop/loop` | protobuf, `canloop.Loop` | [`crate::event::Timing`] |
-/// | `/canloop/notices` | protobuf, `foxglove.Log` | [`crate::event::Notice`] |
+/// | `/canloop/notices` | protobuf, `foxglove.Log` | [`crate::event::Notice`], [`crate::event::Mark`] |
 ///
 /// Log and publish time are the event's nanoseconds; an event before the
 /// origin is logged at the origin, but the stamp in a raw frame stays exact.

@@ -17,7 +17,7 @@ use super::descriptor::{flat_message, foxglove_log};
 use super::file::LogFile;
 use super::protobuf::{Level, put_doubles, put_log};
 use super::{LogContents, LogError};
-use crate::event::{Event, Notice, Sink, Tick, Timing, Truth};
+use crate::event::{Event, Mark, Notice, Sink, Tick, Timing, Truth};
 use crate::time::Instant;
 
 /// A chunk is written when it holds this much before compression: small enough
@@ -36,6 +36,8 @@ pub(super) struct Writer {
     truth: u16,
     timing: u16,
     notices: u16,
+    /// Names of what a [`Mark`] counts.
+    planned: Vec<String>,
     /// The latest event's time.
     now: Instant,
     lost: u64,
@@ -72,7 +74,8 @@ impl Writer {
             ChunkQueue::start(file, channels.len(), failed)
         };
         let (queue, chunk) = start().map_err(|source| LogError::Create { path: path.to_owned(), source })?;
-        Ok(Self { queue, chunk, channels, buses, stack, truth, timing, notices, now: Instant::ZERO, lost: 0 })
+        let (planned, now) = (contents.planned.clone(), Instant::ZERO);
+        Ok(Self { queue, chunk, channels, buses, stack, truth, timing, notices, planned, now, lost: 0 })
     }
 
     /// Writes a batch and leaves it empty.
@@ -128,6 +131,11 @@ impl Sink for Writer {
                 self.channels.message(&mut self.chunk, self.timing, at, |out| put_doubles(out, &timing.values()));
             }
             Event::Notice(Notice { kind, text }) => self.notice(at, Level::Info, kind, text),
+            Event::Mark(Mark { event, has_begun }) => {
+                let name = self.planned.get(usize::from(*event)).map_or("an event", String::as_str);
+                let text = format!("{name} {}", if *has_begun { "begins" } else { "ends" });
+                self.notice(at, Level::Info, "event", &text);
+            }
         }
         if self.chunk.len() >= CHUNK_BYTES || self.chunk.span_ns() >= CHUNK_SPAN_NS {
             self.queue.send(&mut self.chunk);

@@ -112,7 +112,7 @@ fn grounds<'p>(drive: &DriveConfig, profile: &'p Profile, controller: &Controlle
 const OVERRIDES: [&str; 2] = ["node_ids", "constants"];
 
 /// What a scenario says beside the robot's configuration.
-const SIMULATION_ONLY: [&str; 5] = ["base", "duration_s", "expect", "name", "seed"];
+const SIMULATION_ONLY: [&str; 6] = ["base", "duration_s", "event", "expect", "name", "seed"];
 
 impl DriveConfig {
     /// Reads the numbers of a `[drive]` section; what it does not say of the

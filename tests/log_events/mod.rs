@@ -1,6 +1,6 @@
 //! Events of a made-up run, and the DBC of its buses, for the tests of logs.
 
-use canloop::event::{BusFrame, Event, Notice, SyncEvent, Tick, Timing, Truth};
+use canloop::event::{BusFrame, Event, Mark, Notice, SyncEvent, Tick, Timing, Truth};
 use canloop::frame::{CanId, Frame, FrameKind};
 use canloop::robot::Pose;
 use canloop::schema::Dbc;
@@ -87,6 +87,9 @@ pub fn events(periods: u64) -> Vec<(Instant, Event)> {
         at(500_000, Event::Tick(stack(tick, &mut random)));
         at(999_999, Event::Truth(truth(tick, &mut random)));
         at(999_999, Event::Timing(Timing { tick, lateness_s: 1e-5, round_trip_s: 3e-4, ..Timing::default() }));
+        if tick % 100 == 18 {
+            at(999_999, Event::Mark(Mark { event: (tick % 200 > 100).into(), has_begun: tick % 300 > 100 }));
+        }
         if tick % 100 == 17 {
             at(999_999, Event::Notice(Notice { kind: "tripped", text: "The robot stopped: Räder blockiert." }));
         }

@@ -121,6 +121,11 @@ impl Drive {
         self.trouble = trouble;
     }
 
+    /// The counts of a sound encoder in this angle of the wheel.
+    pub fn counts_in(&self, angle_rad: f64) -> i64 {
+        self.spec.encoder.counts(angle_rad)
+    }
+
     /// What its encoder counts while the wheel has turned by `angle_rad`.
     pub fn counts(&self, angle_rad: f64) -> i64 {
         self.trouble.counts(self.spec.encoder.counts(angle_rad))

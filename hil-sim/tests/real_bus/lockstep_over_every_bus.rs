@@ -39,7 +39,7 @@ fn over_tcp() {
 
 #[test]
 fn over_tcp_with_every_kind_of_drive() {
-    for scenario in ["cia402", "odrive-0.6", "odrive-0.5", "vesc", "damiao-dm4310", "comma-body"] {
+    for scenario in ["rough-ride", "cia402", "odrive-0.6", "odrive-0.5", "vesc", "damiao-dm4310", "comma-body"] {
         assert_same_frames(&Bench::over_tcp().of(scenario));
     }
 }

@@ -100,6 +100,7 @@ pub fn open_log(path: &Path, bus: &str, config: &StackConfig, text: &str) -> Res
             file(format!("{}.toml", profile.name), "application/toml", &profile.toml_text),
             file(format!("{}.dbc", profile.name), "text/plain", &profile.dbc.source.text),
         ],
+        planned: Vec::new(),
         metadata: BTreeMap::from([
             ("program".to_owned(), "canloop drive".to_owned()),
             ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),

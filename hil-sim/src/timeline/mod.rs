@@ -1,0 +1,177 @@
+//! What happens to a robot on its way, at its moment: `[[event]]` of a
+//! scenario.
+//!
+//! What lasts is worked out anew whenever it changes, from all events that are
+//! going on: two pushes add up, and when one ends the other is still there.
+//! What happens once, such as a fault, happens when its event begins.
+
+mod condition;
+mod effects;
+mod read;
+mod what;
+
+use canloop::event::Mark;
+use canloop::safety::Operator;
+use canloop::wheels::Wheels;
+
+use crate::plant::State;
+use crate::virtual_robot::VirtualRobot;
+
+pub use condition::Condition;
+use effects::Effects;
+pub use read::read_events;
+pub use what::{Region, What};
+
+/// An event as a scenario plans it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Planned {
+    /// Its name, for logs and expectations.
+    pub name: String,
+    /// When it begins.
+    pub start: Start,
+    /// For how long it goes on, s; without end where there is none.
+    pub lasts_s: Option<f64>,
+    /// How often it comes again, s, if it does.
+    pub every_s: Option<f64>,
+    /// What happens.
+    pub what: What,
+}
+
+/// When an event begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// So long after the run began, s.
+    At(f64),
+    /// When this first holds.
+    When(Condition),
+}
+
+/// The events of a run, as it goes on.
+#[derive(Clone, Debug)]
+pub struct Timeline {
+    entries: Vec<Entry>,
+    /// The robot without them.
+    effects: Effects,
+}
+
+#[derive(Clone, Debug)]
+struct Entry {
+    planned: Planned,
+    /// When it begins next, if it ever does.
+    next: Option<Start>,
+    /// When it ends, if it is going on.
+    until_s: Option<f64>,
+    /// What it remembers of its beginning, by wheel: encoder counts.
+    counts: Wheels<i64>,
+}
+
+impl Timeline {
+    /// The events that are `planned` for `robot`, which is as it is without them.
+    pub fn new(planned: &[Planned], robot: &VirtualRobot) -> Self {
+        Self { entries: planned.iter().cloned().map(Entry::new).collect(), effects: Effects::of(robot) }
+    }
+
+    /// Whether nothing will ever happen.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// Lets happen to `robot` what is due `t_s` after the run began, and tells
+    /// what begins and ends. To be called once a period, before it.
+    pub fn go_on(&mut self, t_s: f64, robot: &mut VirtualRobot, mut tell: impl FnMut(Mark)) {
+        if self.entries.is_empty() {
+            return;
+        }
+        for (index, entry) in self.entries.iter_mut().enumerate() {
+            let mut mark = |has_begun| tell(Mark { event: index as u16, has_begun });
+            if entry.ends(t_s) {
+                mark(false);
+            }
+            if entry.begins(t_s, robot.state()) {
+                mark(true);
+                entry.planned.what.begin(robot);
+                entry.counts = robot.encoder_counts();
+            }
+        }
+        let going_on = self.entries.iter().filter(|entry| entry.until_s.is_some());
+        self.effects.lay(going_on.map(|entry| (&entry.planned.what, entry.counts)), robot);
+    }
+}
+
+impl Planned {
+    /// What the operator wants then, if it is he who acts.
+    pub const fn operator(&self) -> Option<Operator> {
+        match self.what {
+            What::Operator(wish) => Some(wish),
+            _ => None,
+        }
+    }
+}
+
+/// So close before a moment, s, is at it: times are sums of periods.
+const CLOSE_S: f64 = 1e-9;
+
+impl Entry {
+    fn new(planned: Planned) -> Self {
+        Self { next: Some(planned.start), planned, until_s: None, counts: Wheels::default() }
+    }
+
+    fn ends(&mut self, t_s: f64) -> bool {
+        self.until_s.take_if(|until_s| t_s >= *until_s - CLOSE_S).is_some()
+    }
+
+    fn begins(&mut self, t_s: f64, state: &State) -> bool {
+        let begun_s = match self.next {
+            Some(Start::At(at_s)) if t_s >= at_s - CLOSE_S => at_s,
+            Some(Start::When(condition)) if condition.holds(state) => t_s,
+            _ => return false,
+        };
+        self.until_s = Some(self.planned.lasts_s.map_or(f64::INFINITY, |lasts_s| begun_s + lasts_s));
+        self.next = self.planned.every_s.map(|every_s| Start::At(begun_s + every_s));
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Periods of 0.1 s in which it begins and ends, of the first twenty.
+    fn times(start: Start, lasts_s: Option<f64>, every_s: Option<f64>) -> (Vec<u32>, Vec<u32>) {
+        let what = What::Operator(Operator::Stop);
+        let mut entry = Entry::new(Planned { name: "it".to_owned(), start, lasts_s, every_s, what });
+        let (mut begins, mut ends) = (Vec::new(), Vec::new());
+        for tick in 0..20 {
+            let mut state = State::default();
+            state.pose.x_m = f64::from(tick);
+            if entry.ends(f64::from(tick) * 0.1) {
+                ends.push(tick);
+            }
+            if entry.begins(f64::from(tick) * 0.1, &state) {
+                begins.push(tick);
+            }
+        }
+        (begins, ends)
+    }
+
+    #[test]
+    fn it_begins_once_at_its_moment() {
+        assert_eq!(times(Start::At(0.3), None, None), (vec![3], vec![]));
+        assert_eq!(times(Start::At(0.31), None, None), (vec![4], vec![]), "not before its moment");
+        assert_eq!(times(Start::At(9.0), None, None), (vec![], vec![]));
+    }
+
+    #[test]
+    fn it_ends_after_its_span_and_comes_again_where_it_is_to() {
+        assert_eq!(times(Start::At(0.3), Some(0.5), None), (vec![3], vec![8]));
+        assert_eq!(times(Start::At(0.3), Some(0.2), Some(0.7)), (vec![3, 10, 17], vec![5, 12, 19]));
+        assert_eq!(times(Start::At(0.3), Some(0.7), Some(0.7)), (vec![3, 10, 17], vec![10, 17]));
+    }
+
+    #[test]
+    fn a_condition_begins_it_once() {
+        let condition = Condition::parse("x_m > 4").expect("a condition");
+        assert_eq!(times(Start::When(condition), Some(0.3), None), (vec![5], vec![8]));
+        assert_eq!(times(Start::When(condition), None, Some(1.0)), (vec![5, 15], vec![]));
+    }
+}
