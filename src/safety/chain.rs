@@ -287,7 +287,8 @@ mod tests {
         let mut chain = stopping();
         assert_eq!((chain.request(), chain.pass(Wheels::both(1.0))), (Request::Enable, Wheels::both(1.0)));
         chain.step(|_| true, false);
-        assert_eq!(chain.state(), State::Stopping);
+        chain.operate(Operator::Stop);
+        assert_eq!(chain.state(), State::Stopping, "to ask again changes nothing");
         chain.step(|_| true, true);
         assert_eq!((chain.state(), chain.request()), (State::Stopped, Request::Disable));
         assert_eq!(chain.pass(Wheels::both(1.0)), Wheels::default());
@@ -415,6 +416,10 @@ mod tests {
         assert_eq!(found(&jumping), tripped(Reason::EncoderJump, Some(Wheel::Left)));
         let far = |chain: &mut Chain| chain.take_error(Wheels { right: 0.0, left: 1.0 });
         assert_eq!(found(&far), (State::Running, None), "not watched unless it is given");
+        let mut watched = running();
+        watched.watch = Watch::new(Limits { following_error_rad: 0.9, ..limits }, PERIOD_S);
+        far(&mut watched);
+        assert_eq!((watched.state(), watched.culprit()), tripped(Reason::FollowingError, Some(Wheel::Left)));
         let silent = |chain: &mut Chain| (0..60).for_each(|_| chain.begin_period());
         assert_eq!(found(&silent), tripped(Reason::HeartbeatLost, Some(Wheel::Right)));
     }
