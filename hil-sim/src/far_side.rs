@@ -155,7 +155,7 @@ impl FarSide {
     /// What has not come until now comes too late for this step.
     fn end_step(&mut self) {
         self.is_in_step = false;
-        if !self.has_moved_on {
+        if !std::mem::replace(&mut self.has_moved_on, true) {
             self.robot.begin_period(self.period.as_secs_f64());
             self.tell_period(self.now, false);
         }

@@ -103,6 +103,11 @@ impl<'r, S: Sink> Server<'r, S> {
         }
     }
 
+    /// The far side, for something to go wrong with it.
+    pub const fn far_side_mut(&mut self) -> &mut FarSide {
+        &mut self.far_side
+    }
+
     /// Serves until the scenario's time is up. Nobody waits for a first SYNC
     /// in vain: `patience` counts from the last frame for the drives on, by the
     /// wall clock.

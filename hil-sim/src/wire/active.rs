@@ -110,7 +110,7 @@ impl Faults {
         sending
     }
 
-    /// What happens to a frame of `bits` that `sender` has won the bus for:
+    /// What happens to a frame of `bits` without its inter-frame space that `sender` has won the bus for:
     /// the doing of the fault that began first.
     pub fn on_the_wire(&mut self, sender: Node, frame: &Frame, bits: u32) -> Option<Disturbance> {
         self.active.iter_mut().find_map(|active| active.disturbs(sender, frame, bits))
@@ -154,6 +154,7 @@ impl Active {
     fn disturbs(&mut self, sender: Node, frame: &Frame, bits: u32) -> Option<Disturbance> {
         match self.fault {
             Fault::Corrupt(pick, damage, at) => self.picks(&pick, sender, frame).then(|| match damage {
+                Damage::Caught if at.contains(sender) => Disturbance::Bit(self.chance.below(bits)),
                 Damage::Caught => Disturbance::Caught(at),
                 Damage::Uncaught => Disturbance::Uncaught(at, self.altered(frame)),
             }),

@@ -6,6 +6,7 @@ use canloop::time::{Duration, Instant};
 
 use super::active::{Alteration, Disturbance};
 use super::node::{Node, Nodes};
+use super::timing::INTER_FRAME_SPACE;
 use super::{Wire, station::Queued};
 
 /// A bus, or one of the parts that it is cut into.
@@ -136,7 +137,7 @@ impl Wire {
         let mut heard_by = peers;
         let mut acknowledge = peers.without(self.silent);
         let mut altered = None;
-        match self.faults.on_the_wire(sender, frame, frame_bits(frame)) {
+        match self.faults.on_the_wire(sender, frame, frame_bits(frame) - INTER_FRAME_SPACE) {
             Some(Disturbance::Bit(bit)) => {
                 return (Outcome::Fails(Failure::Bit), self.rates.broken_off(frame, bit));
             }

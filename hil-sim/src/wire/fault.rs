@@ -21,7 +21,9 @@ pub enum Fault {
     Duplicate(Pick, u32),
     /// Frames let the next one of their sender's go first.
     Reorder(Pick),
-    /// Frames arrive damaged at these nodes.
+    /// Frames are damaged as these nodes see them. A sender among them sees a
+    /// wrong bit itself; if only receivers see the damage, it is the CRC that
+    /// tells them.
     Corrupt(Pick, Damage, Nodes),
     /// A node hears but sends nothing, not even an acknowledgement.
     Silence(Node),
@@ -57,9 +59,9 @@ pub struct Pick {
 /// Damage to a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Damage {
-    /// The CRC shows it: an error frame, and the frame is sent again.
+    /// It is noticed: an error frame, and the frame is sent again.
     Caught,
-    /// It does not: receivers take one byte of the data for another.
+    /// The CRC fits by chance: receivers take one byte of the data for another.
     Uncaught,
 }
 

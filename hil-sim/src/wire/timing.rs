@@ -13,15 +13,16 @@ pub struct BitRates {
     pub data_bit_s: u32,
 }
 
-/// Error delimiter and the inter-frame space after it (10.4.4 and 10.4.6 of
-/// ISO 11898-1:2015).
-const AFTER_FLAG: u32 = 8 + 3;
+/// Recessive bits after every frame (10.4.6 of ISO 11898-1:2015).
+pub(super) const INTER_FRAME_SPACE: u32 = 3;
+/// Error delimiter (10.4.4) and the inter-frame space after it.
+const AFTER_FLAG: u32 = 8 + INTER_FRAME_SPACE;
 /// Six dominant bits of one node break the stuffing rule for the others, whose
 /// own six follow.
 const FLAGS: u32 = 12;
 /// What remains of a frame from the end of its acknowledge slot on: that
 /// delimiter, end of frame, inter-frame space.
-const AFTER_ACKNOWLEDGE: u32 = 1 + 7 + 3;
+const AFTER_ACKNOWLEDGE: u32 = 1 + 7 + INTER_FRAME_SPACE;
 /// For how long an error-passive transmitter leaves the bus to others.
 const SUSPEND: u32 = 8;
 /// Recessive bits in a row that a node off the bus waits for, many times.
