@@ -75,8 +75,8 @@ pub struct Synced {
     pub path_began: Option<u64>,
 }
 
-/// For how long the stack's controller stays off the bus at least, as README.md
-/// has it set up (`restart-ms 100`).
+/// For how long the stack's controller stays off the bus at least, as `canloop
+/// doctor` wants it set up (`restart-ms 100`).
 const RESTART: Duration = Duration::from_millis(100);
 
 impl FarSide {
