@@ -161,6 +161,7 @@ impl FarSide {
         }
         self.robot.end_period();
         self.send_what_drives_say();
+        self.tell_changes();
         let state = self.wire.confinement(Node::Stack).state();
         self.happenings.push_back((self.now, Happening::Answered(state)));
     }
@@ -218,10 +219,10 @@ impl FarSide {
         }
         self.now = self.now.max(next);
         if on_the_wire.is_some() {
-            if let Some(crossing) = self.wire.advance() {
-                self.deliver(&crossing);
+            match self.wire.advance() {
+                Some(crossing) => self.deliver(&crossing),
+                None => self.tell_changes(),
             }
-            self.tell_changes();
         } else {
             self.robot.handle_wakeup(wakeup);
         }
@@ -236,6 +237,7 @@ impl FarSide {
         let frame = crossing.as_heard_by(Node::Stack).unwrap_or(crossing.frame);
         let crossed = BusFrame { bus: 0, sent_by_stack, frame };
         self.happenings.push_back((at, if is_heard { Happening::Frame(crossed) } else { Happening::Unheard(crossed) }));
+        self.tell_changes();
         // Drives do not listen to each other.
         if sent_by_stack || sender == Node::Intruder {
             match crossing.altered() {

@@ -84,8 +84,13 @@ impl Wire {
     /// At the moment the bus is free and somebody has a frame ready, the
     /// lowest id among those ready then wins.
     fn contest(&self, segment: usize) -> Option<Contest> {
+        let free_at = self.segments[segment].free_at;
+        if let Some(winner) = self.waiting.single() {
+            let (.., ready) = self.head(winner, segment)?;
+            return Some(Contest { start: ready.max(free_at), winner, order: 0, rivals: Nodes::NONE });
+        }
         let earliest = self.heads(segment).map(|(.., ready)| ready).min()?;
-        let start = earliest.max(self.segments[segment].free_at);
+        let start = earliest.max(free_at);
         let mut contest = Contest { start, winner: Node::Stack, order: u64::MAX, rivals: Nodes::NONE };
         for (node, queued, ready) in self.heads(segment) {
             let order = arbitration_order(&queued.frame);
@@ -100,21 +105,24 @@ impl Wire {
 
     /// The first frame of each queue, and from when on it may begin.
     fn heads(&self, segment: usize) -> impl Iterator<Item = (Node, &Queued, Instant)> {
-        Node::ALL.into_iter().filter_map(move |node| {
-            let station = &self.stations[node as usize];
-            let queued = station.queue.front().filter(|_| station.segment == segment)?;
-            Some((node, queued, queued.since.max(station.not_before)))
-        })
+        self.waiting.iter().filter_map(move |node| self.head(node, segment))
+    }
+
+    fn head(&self, node: Node, segment: usize) -> Option<(Node, &Queued, Instant)> {
+        let station = &self.stations[node as usize];
+        let queued = station.queue.front().filter(|_| station.segment == segment)?;
+        Some((node, queued, queued.since.max(station.not_before)))
     }
 
     /// Gives the moment at which it will be over.
     fn begin_attempt(&mut self, segment: usize, contest: &Contest) -> Instant {
         let Contest { start, winner: sender, .. } = *contest;
-        let Some(&Queued { frame, .. }) = self.stations[sender as usize].queue.front() else { return start };
+        let Some(Queued { frame, .. }) = self.stations[sender as usize].queue.front() else { return start };
         let (outcome, length) = if self.is_quiet && contest.rivals.is_empty() {
             let heard_by = Nodes::ALL.without(Nodes::only(sender));
-            (Outcome::Crosses { heard_by, missed_by: Nodes::NONE, altered: None }, self.rates.frame(&frame))
+            (Outcome::Crosses { heard_by, missed_by: Nodes::NONE, altered: None }, self.rates.frame(frame))
         } else {
+            let frame = *frame;
             self.count_recessive_until(segment, start);
             self.foresee(segment, sender, &frame, contest.rivals)
         };

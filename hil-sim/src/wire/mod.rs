@@ -41,6 +41,8 @@ pub struct Wire {
     rates: BitRates,
     recovery: [Recovery; 4],
     stations: [Station; 4],
+    /// Who has something to send.
+    waiting: Nodes,
     /// The parts of the bus; more than one only while it is cut.
     segments: [Segment; 4],
     segment_count: usize,
@@ -110,6 +112,7 @@ impl Wire {
             rates,
             recovery: [Recovery::ByItself; 4],
             stations: std::array::from_fn(|_| Station::new()),
+            waiting: Nodes::NONE,
             segments: [Segment::IDLE; 4],
             segment_count: 1,
             now: Instant::from_nanos(i64::MIN),
@@ -152,6 +155,10 @@ impl Wire {
     /// Lets happen what [`Self::next_event`] announced, and gives the frame
     /// that has crossed, if one has.
     pub fn advance(&mut self) -> Option<Crossing> {
+        if let Some(attempt) = self.segments[0].current.filter(|_| self.is_quiet) {
+            self.now = self.now.max(attempt.end);
+            return self.finish(0);
+        }
         let at = self.next_event()?;
         self.now = self.now.max(at);
         if !self.is_quiet && self.lets_happen_beside_frames(at) {
@@ -181,8 +188,8 @@ impl Wire {
     }
 
     /// Whether a frame of `node`'s has yet to cross.
-    pub fn has_queued(&self, node: Node) -> bool {
-        !self.stations[node as usize].queue.is_empty()
+    pub const fn has_queued(&self, node: Node) -> bool {
+        self.waiting.contains(node)
     }
 
     /// Frames sent as awaited that have neither crossed yet nor been lost.
@@ -219,11 +226,22 @@ impl Wire {
         let station = &mut self.stations[node as usize];
         if station.queue.len() < QUEUE_FRAMES {
             station.queue.push_back(queued);
+            self.waiting = self.waiting.and(Nodes::only(node));
         } else {
             station.stats.lost += 1;
             self.stats.lost += 1;
             self.awaited -= u32::from(queued.is_awaited);
         }
+    }
+
+    /// Takes the first frame out of a node's queue.
+    fn dequeue(&mut self, node: Node) -> Option<Queued> {
+        let queue = &mut self.stations[node as usize].queue;
+        let queued = queue.pop_front();
+        if queue.is_empty() {
+            self.waiting = self.waiting.without(Nodes::only(node));
+        }
+        queued
     }
 }
 
@@ -235,7 +253,7 @@ impl Crossing {
 
     /// The frame as a node received it, if it did.
     pub fn as_heard_by(&self, node: Node) -> Option<Frame> {
-        let altered = self.altered().filter(|(nodes, _)| nodes.contains(node));
-        self.heard_by.contains(node).then(|| altered.map_or(self.frame, |(_, frame)| frame))
+        let altered = self.altered.filter(|(nodes, _)| nodes.contains(node));
+        self.heard_by.contains(node).then(|| altered.map_or(self.frame, |(_, alteration)| alteration.of(&self.frame)))
     }
 }

@@ -61,6 +61,11 @@ impl Nodes {
         Self(self.0 & others.0)
     }
 
+    /// The only one, if there is only one.
+    pub const fn single(self) -> Option<Node> {
+        if self.0.is_power_of_two() { Some(Node::ALL[self.0.trailing_zeros() as usize]) } else { None }
+    }
+
     /// Each of them.
     pub fn iter(self) -> impl Iterator<Item = Node> {
         Node::ALL.into_iter().filter(move |&node| self.contains(node))

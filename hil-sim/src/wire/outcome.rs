@@ -14,9 +14,8 @@ impl Wire {
         let Attempt { sender, end, outcome, .. } = self.segments[segment].current.take()?;
         match outcome {
             Outcome::Crosses { heard_by, missed_by, altered } => {
-                let station = &mut self.stations[sender as usize];
-                let queued = station.queue.pop_front()?;
-                station.stats.sent += 1;
+                let queued = self.dequeue(sender)?;
+                self.stations[sender as usize].stats.sent += 1;
                 self.stats.frames += 1;
                 self.awaited -= u32::from(queued.is_awaited);
                 if !self.is_quiet {

@@ -91,6 +91,7 @@ impl Wire {
             Fault::Babble(..) if begins => self.babble_on(self.now),
             Fault::Babble(..) if !self.has_intruder() => {
                 self.destroy_what_is_crossing(Nodes::only(Node::Intruder));
+                self.discard_queue(Node::Intruder);
                 let intruder = &mut self.stations[Node::Intruder as usize];
                 *intruder = Station { segment: intruder.segment, ..Station::new() };
             }
@@ -127,15 +128,16 @@ impl Wire {
     }
 
     pub(super) fn discard_queue(&mut self, node: Node) {
-        while let Some(queued) = self.stations[node as usize].queue.pop_front() {
+        while let Some(queued) = self.dequeue(node) {
             self.discard(node, &queued);
         }
     }
 
     fn babble(&mut self, queued: Queued) {
-        let station = &mut self.stations[Node::Intruder as usize];
+        let station = &self.stations[Node::Intruder as usize];
+        // What it cannot say is nobody's loss.
         if !station.confinement.is_off() && station.queue.len() < QUEUE_FRAMES {
-            station.queue.push_back(queued);
+            self.enqueue(Node::Intruder, queued);
         }
     }
 

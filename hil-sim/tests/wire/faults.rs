@@ -233,3 +233,24 @@ fn the_same_seed_gives_the_same_faults_and_another_gives_others() {
     assert_eq!(run(1), run(1));
     assert_ne!(run(1), run(2));
 }
+
+#[test]
+fn what_is_lost_is_awaited_no_longer() {
+    let faults = [
+        Fault::Drop(Pick::ALL),
+        Fault::Silence(Node::Right),
+        Fault::BusOff(Node::Right),
+        Fault::BurstyLoss(BurstyLoss { turns_bad: 0.0, turns_good: 0.0, lost_when_good: 1.0, lost_when_bad: 1.0 }),
+    ];
+    for fault in faults {
+        let mut wire = wire();
+        wire.begin(Instant::ZERO, fault);
+        wire.send(Instant::ZERO, Node::Right, frame(0x100), true);
+        assert_eq!(wire.awaited(), 0, "{fault:?}");
+    }
+    let mut wire = wire();
+    (0..70).for_each(|_| wire.send(Instant::ZERO, Node::Right, frame(0x100), true));
+    assert_eq!((wire.awaited(), wire.stats().lost), (64, 6));
+    wire.begin(us(10), Fault::BusOff(Node::Right));
+    assert_eq!(wire.awaited(), 0, "its queue is thrown away");
+}
