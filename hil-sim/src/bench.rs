@@ -2,14 +2,15 @@
 
 use std::ops::ControlFlow;
 
+use canloop::bus::ControllerState;
 use canloop::event::{Event, Mark, Sink, Truth};
 use canloop::robot::{Pose, wrap_angle_rad};
-use canloop::safety::Operator;
+use canloop::safety::{Operator, Reason};
 use canloop::stack::Stack;
 use canloop::time::Instant;
 use canloop::wheels::Wheels;
 
-use crate::far_side::{FarSide, Happening};
+use crate::far_side::{FarSide, Happening, controller_notice};
 use crate::ideal;
 use crate::plant::State;
 use crate::scenario::{Link, Scenario};
@@ -50,8 +51,8 @@ pub const DIVERGED_M: f64 = 1000.0;
 /// that would stop it earlier.
 pub const DIVERGED_NM: f64 = 1e9;
 
-/// SYNCs that may be on their way before the bus is said to be blocked: more
-/// than its queues hold, by far.
+/// Periods without a SYNC after which a bus on which nothing is wrong is said
+/// to be blocked: more than its queues hold, by far.
 const BLOCKED_PERIODS: u64 = 1000;
 
 /// Runs a scenario to its end. `progress` is called once a period and may
@@ -92,8 +93,10 @@ struct Bench<'s, S> {
     now: Instant,
     /// Where the path wanted the robot at the last SYNC sent.
     reference: Pose,
-    /// The truth at the last SYNC that arrived.
+    /// The truth at the beginning of the last period.
     truth: Option<Truth>,
+    /// The last period whose SYNC arrived.
+    heard_tick: u64,
 }
 
 impl<'s, S: Sink> Bench<'s, S> {
@@ -110,6 +113,7 @@ impl<'s, S: Sink> Bench<'s, S> {
             now: start,
             reference: scenario.stack.controller.path.start(),
             truth: None,
+            heard_tick: 0,
         }
     }
 
@@ -120,7 +124,7 @@ impl<'s, S: Sink> Bench<'s, S> {
             if self.truth.as_ref().is_some_and(is_lost) {
                 break End::Diverged;
             }
-            if tick > BLOCKED_PERIODS + self.truth.map_or(0, |truth| truth.tick) {
+            if tick > BLOCKED_PERIODS + self.heard_tick && self.far_side.wire().is_untouched() {
                 break End::Blocked;
             }
             if tick >= ticks {
@@ -171,9 +175,27 @@ impl<'s, S: Sink> Bench<'s, S> {
                 let truth = truth(synced.tick, &synced.state, &self.reference, synced.torque_nm);
                 self.sink.event(at, &Event::Truth(truth));
                 self.truth = Some(truth);
+                if synced.is_heard {
+                    self.heard_tick = synced.tick;
+                }
             }
+            Some((at, Happening::Unheard(crossed))) => self.sink.event(at, &Event::Frame(crossed)),
+            Some((at, Happening::Controller(state))) => self.sink.event(at, &Event::Notice(controller_notice(state))),
+            Some((at, Happening::Answered(state))) => self.end_step(at, state),
             Some((at, Happening::Marked(mark))) => self.take_mark(at, mark),
-            Some((_, Happening::Answered)) | None => {}
+            None => {}
+        }
+    }
+
+    /// The stack hears how its controller is when the step is over; what it has
+    /// to say to that goes with the next one.
+    fn end_step(&mut self, at: Instant, state: ControllerState) {
+        if state == ControllerState::BusOff {
+            self.stack.trip(Reason::BusOff);
+            while let Some(event) = self.stack.poll_event() {
+                self.told_by_stack.push(event);
+            }
+            self.tell(at);
         }
     }
 

@@ -113,15 +113,16 @@ impl Scenario {
         let duration_s = root.number("duration_s", Bound::Within(1e-3, 1e6));
         // Followed already, when the document was opened.
         root.text_or_none("base");
+        let stack = StackConfig::read(root, &truth);
         let scenario = Self {
             name: read_name(root),
             seed: root.integer_or("seed", 0, 0, i64::MAX) as u64,
             duration_s,
             friction: read_friction(&robot.section("friction")),
-            stack: StackConfig::read(root, &truth),
             robot: truth,
             link: read_link(&root.section("bus")),
-            events: read_events(root, &truth),
+            events: read_events(root, &truth, &stack.profile.dbc),
+            stack,
             expectations: read_expectations(root, duration_s),
             text: String::new(),
             overrides: Vec::new(),

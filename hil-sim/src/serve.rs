@@ -8,7 +8,7 @@
 
 use std::ops::ControlFlow;
 
-use canloop::bus::{Arrival, Bus, BusError};
+use canloop::bus::{Arrival, Bus, BusError, ControllerState};
 use canloop::event::{Event, Sink};
 use canloop::frame::Frame;
 use canloop::run::Clock;
@@ -16,7 +16,7 @@ use canloop::schema::{Profile, StepEnd, StepEndCodec};
 use canloop::time::{Duration, Instant};
 
 use crate::bench::{End, Outcome, is_lost, truth};
-use crate::far_side::{FarSide, Happening, Synced};
+use crate::far_side::{FarSide, Happening, Synced, controller_notice};
 use crate::route::Route;
 use crate::scenario::Scenario;
 
@@ -103,6 +103,11 @@ impl<'r, S: Sink> Server<'r, S> {
         }
     }
 
+    /// The far side, for something to go wrong with it.
+    pub const fn far_side_mut(&mut self) -> &mut FarSide {
+        &mut self.far_side
+    }
+
     /// Serves until the scenario's time is up. Nobody waits for a first SYNC
     /// in vain: `patience` counts from the last frame for the drives on, by the
     /// wall clock.
@@ -173,7 +178,7 @@ impl<'r, S: Sink> Server<'r, S> {
     fn let_the_wire_finish(&mut self) {
         self.far_side.settle();
         while let Some((at, happening)) = self.far_side.poll() {
-            if let Happening::Frame(crossed) = happening {
+            if let Happening::Frame(crossed) | Happening::Unheard(crossed) = happening {
                 self.sink.event(at, &Event::Frame(crossed));
             }
         }
@@ -193,13 +198,18 @@ impl<'r, S: Sink> Server<'r, S> {
                     }
                 }
                 Happening::Synced(synced) => self.begun = Some((synced.tick, self.tell(at, &synced))),
-                Happening::Answered => step = self.begun.take(),
+                Happening::Unheard(crossed) => self.sink.event(at, &Event::Frame(crossed)),
+                Happening::Controller(state) => self.sink.event(at, &Event::Notice(controller_notice(state))),
+                Happening::Answered(state) => {
+                    step = self.begun.take();
+                    if let Some((tick, end)) = step {
+                        let bus_off = state == ControllerState::BusOff;
+                        let marker = StepEnd { tick: tick as u32, last: end.is_some(), bus_off };
+                        self.send(&self.step_end.encode(marker))?;
+                    }
+                }
                 Happening::Marked(mark) => self.sink.event(at, &Event::Mark(mark)),
             }
-        }
-        if let Some((tick, end)) = step {
-            let marker = StepEnd { tick: tick as u32, last: end.is_some() };
-            self.send(&self.step_end.encode(marker))?;
         }
         Ok(step)
     }

@@ -25,8 +25,11 @@ pub struct VirtualRobot {
     is_by_clock: bool,
     /// Periods begun.
     ticks: u64,
-    /// Frames of this period's beginning that have yet to come.
-    awaited: u32,
+    /// Which drives a SYNC has reached in this period of a lock-step run.
+    is_synced: Wheels<bool>,
+    /// Whether this period's beginning has been closed without a frame: the
+    /// next of those that stand in for SYNC begins another.
+    awaits_beginning: bool,
     /// The period in which the path began.
     path_began: Option<u64>,
     /// Whether a torque has been asked of an enabled drive.
@@ -49,7 +52,8 @@ impl VirtualRobot {
             drives: Wheels::from_fn(|_| Drive::new(spec, &profile)),
             is_by_clock: false,
             ticks: 0,
-            awaited: 0,
+            is_synced: Wheels::default(),
+            awaits_beginning: false,
             path_began: None,
             is_driven: false,
             own_count: 0,
@@ -75,43 +79,37 @@ impl VirtualRobot {
     /// the plant on by `span_s`. What is no drive's business, or corrupt, is
     /// ignored, as a drive would.
     pub fn handle_frame(&mut self, frame: &Frame, span_s: f64) -> bool {
+        self.handle_frame_at(frame, Wheels { right: true, left: true }, Some(span_s))
+    }
+
+    /// The same for a frame that reaches only some drives; `span_s` is nothing
+    /// where the period has begun already.
+    pub fn handle_frame_at(&mut self, frame: &Frame, reaches: Wheels<bool>, span_s: Option<f64>) -> bool {
         if let Some(each) = self.profile.broadcast(frame) {
-            let began = each.map(|frame| self.handle_frame(&frame, span_s));
+            let began = each.map(|frame| self.handle_frame_at(&frame, reaches, span_s));
             return began.right || began.left;
         }
         let Ok(message) = self.profile.decode(frame) else { return false };
-        for wheel in Wheel::BOTH {
+        for wheel in Wheel::BOTH.into_iter().filter(|&wheel| reaches[wheel]) {
             self.profile.mode_said(wheel, frame).into_iter().for_each(|mode| self.drives[wheel].take_mode(mode));
         }
-        let begins = match message {
-            Message::Sync { .. } => true,
-            Message::Command(Wheel::Right, _) => !self.profile.has_sync() && !self.is_by_clock,
-            _ => false,
-        };
-        if begins {
+        let span_s = span_s.filter(|_| self.begins_period(&message));
+        if let Some(span_s) = span_s {
             self.begin_period(span_s);
         }
-        if self.awaited > 0 && self.profile.is_at_beginning(&message) {
-            self.awaited -= 1;
-        }
-        self.take(message);
+        self.take(message, reaches);
         if let Some(other) = self.profile.decode_other(frame) {
-            self.take(other);
+            self.take(other, reaches);
         }
         if self.ticks > 0 && self.path_began.is_none() {
             self.look_whether_the_path_begins();
         }
-        begins
+        span_s.is_some()
     }
 
     /// Whether a frame is valid and meant for the drives.
     pub fn is_addressed_by(&self, frame: &Frame) -> bool {
         self.profile.is_for_drives(frame)
-    }
-
-    /// Frames of this period's beginning that have yet to come.
-    pub const fn awaited(&self) -> u32 {
-        self.awaited
     }
 
     /// Takes the plant on by `span_s`, within a period.
@@ -129,6 +127,20 @@ impl VirtualRobot {
     pub fn go_without_sync(&mut self, span_s: f64) {
         self.advance(span_s);
         for wheel in Wheel::BOTH {
+            self.drives[wheel].go_without_sync();
+            self.tell_fault(wheel);
+        }
+    }
+
+    /// Ends a period of a lock-step run: drives that no SYNC has reached go on
+    /// without.
+    pub fn end_period(&mut self) {
+        self.awaits_beginning = true;
+        let synced = std::mem::take(&mut self.is_synced);
+        if !self.profile.has_sync() {
+            return;
+        }
+        for wheel in Wheel::BOTH.into_iter().filter(|&wheel| !synced[wheel]) {
             self.drives[wheel].go_without_sync();
             self.tell_fault(wheel);
         }
@@ -228,7 +240,7 @@ impl VirtualRobot {
             self.advance(span_s);
         }
         self.ticks += 1;
-        self.awaited = self.profile.frames_at_beginning();
+        self.awaits_beginning = false;
         for wheel in Wheel::BOTH {
             self.drives[wheel].begin_period();
         }
@@ -249,9 +261,21 @@ impl VirtualRobot {
         }
     }
 
-    fn take(&mut self, message: Message) {
+    fn begins_period(&self, message: &Message) -> bool {
+        let stands_in = match message {
+            Message::Sync { .. } => return true,
+            // The left wheel's may be the first to arrive where another is lost.
+            Message::Command(wheel, _) => *wheel == Wheel::Right || self.awaits_beginning,
+            Message::Poll(..) => self.awaits_beginning,
+            _ => false,
+        };
+        stands_in && !self.profile.has_sync() && !self.is_by_clock
+    }
+
+    fn take(&mut self, message: Message, reaches: Wheels<bool>) {
         match message {
-            Message::Sync { counter } => self.sync(counter),
+            Message::Sync { counter } => self.sync(counter, reaches),
+            Message::Command(wheel, _) | Message::Word(wheel, _) | Message::Poll(wheel, _) if !reaches[wheel] => {}
             Message::Command(wheel, command) => {
                 self.drives[wheel].take_command(command, self.profile.command_has_counter());
                 self.is_driven |= command.torque_nm != 0.0 && self.drives[wheel].state() == DriveState::Enabled;
@@ -268,8 +292,9 @@ impl VirtualRobot {
         }
     }
 
-    fn sync(&mut self, sync_counter: u8) {
-        for wheel in Wheel::BOTH {
+    fn sync(&mut self, sync_counter: u8, reaches: Wheels<bool>) {
+        for wheel in Wheel::BOTH.into_iter().filter(|&wheel| reaches[wheel]) {
+            self.is_synced[wheel] = true;
             self.drives[wheel].sync();
             self.tell_fault(wheel);
             if self.profile.asks == Asks::BySync {

@@ -45,6 +45,48 @@ fn what_goes_wrong_with_a_drive_trips_the_stack_for_what_it_is() {
 }
 
 #[test]
+fn what_goes_wrong_on_the_bus_trips_the_stack_for_what_it_is() {
+    let cases = [
+        ("kind = \"drop\"\nmessage = \"RightFeedback\"", "sent no feedback"),
+        ("kind = \"drop\"\nmessage = \"LeftHeartbeat\"", "gave no sign of life"),
+        ("kind = \"drop\"\nmessage = \"LeftCommand\"", "reported a fault"),
+        ("kind = \"delay\"\nmessage = \"LeftFeedback\"\nby_s = 0.02", "sent no feedback"),
+        ("kind = \"corrupt\"\nmessage = \"LeftFeedback\"\ncrc = \"missed\"", "sent no feedback"),
+        ("kind = \"corrupt\"\ncrc = \"missed\"\ncount = 1\nfor_s = 0.1\nevery_s = 0.2", "were damaged"),
+        ("kind = \"silence\"\nnode = \"right\"", "sent no feedback"),
+        ("kind = \"babble\"\nid = 1", "sent no feedback"),
+        ("kind = \"bus-off\"\nnode = \"stack\"\nfor_s = 1", "went off the bus"),
+        ("kind = \"bus-off\"\nnode = \"left\"", "sent no feedback"),
+        ("kind = \"no-acknowledge\"\nnode = \"stack\"", "sent no feedback"),
+        ("kind = \"cable-cut\"\nnode = \"stack\"", "sent no feedback"),
+        ("kind = \"bit-errors\"\nrate = 0.02", "sent no feedback"),
+        ("kind = \"bursty-loss\"\nturns_bad = 0.02\nturns_good = 0.02", "tripped"),
+    ];
+    for (event, reason) in cases {
+        let summary = summary(&format!("[[event]]\nat_s = 10\n{event}\n"));
+        assert_eq!(summary["state"], "tripped", "{event}: {summary}");
+        assert!(state_text(&summary).contains(reason), "{event}: {}", state_text(&summary));
+    }
+}
+
+#[test]
+fn what_a_bus_gets_over_by_itself_leaves_the_robot_on_its_path() {
+    let cases = [
+        "kind = \"duplicate\"\nmessage = \"RightCommand\"",
+        "kind = \"corrupt\"\nprobability = 0.1",
+        "kind = \"drop\"\nmessage = \"RightFeedback\"\ncount = 1\nevery_s = 1\nfor_s = 0.5",
+        "kind = \"bit-errors\"\nrate = 1e-5",
+        "kind = \"babble\"\nid = 1\nperiod_s = 0.01",
+    ];
+    for event in cases {
+        let summary = summary(&format!("[[event]]\nat_s = 10\n{event}\n"));
+        assert_eq!(summary["state"], "running", "{event}: {}", state_text(&summary));
+        let max_m = number(&summary, "/tracking/max_m");
+        assert!(max_m < 0.1, "{event}: {max_m} m");
+    }
+}
+
+#[test]
 fn what_the_control_method_is_there_for_disturbs_it_little() {
     let cases = [
         "kind = \"load\"\nmass_kg = 160",
@@ -159,6 +201,8 @@ fn what_is_wrong_with_an_event_is_said_with_its_place() {
         ("kind = \"friction\"\nfactor = 1\nat_s = 1\nradius_m = 1", "center_m"),
         ("kind = \"push\"\nforce_n = 1\nat_s = 1\nfor_s = 3\nevery_s = 2", "expected at least the 3 s"),
         ("kind = \"stop\"\nat_s = 1\nwheel = \"right\"", "`wheel`"),
+        ("kind = \"drop\"\nat_s = 1\nmessage = \"RightFeedbak\"", "did you mean `RightFeedback`?"),
+        ("kind = \"silence\"\nat_s = 1\nnode = \"front\"", "expected one of \"stack\""),
     ];
     for (event, says) in cases {
         let rig = Rig::new();

@@ -108,6 +108,9 @@ impl<'r, S: Sink> LockStep<'r, S> {
                 (Ok(Some((_, Arrival::Frame(frame)))), _) => {
                     self.take(now, &frame);
                     if let Some(step_end) = self.step_end.decode(&frame).filter(|&found| self.follows(found)) {
+                        if step_end.bus_off {
+                            self.stack.trip(Reason::BusOff);
+                        }
                         return Ok(step_end);
                     }
                 }

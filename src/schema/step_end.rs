@@ -12,6 +12,8 @@ pub struct StepEnd {
     pub tick: u32,
     /// The run is over.
     pub last: bool,
+    /// The stack's controller is off the simulated bus.
+    pub bus_off: bool,
 }
 
 /// Speaks [`StepEnd`].
@@ -21,6 +23,7 @@ pub struct StepEndCodec {
     len: usize,
     tick: Signal,
     last: Signal,
+    bus_off: Signal,
 }
 
 impl StepEndCodec {
@@ -30,7 +33,8 @@ impl StepEndCodec {
         let dbc = Dbc::parse(&source).unwrap_or_else(|problems| panic!("sim.dbc is broken:\n{problems}"));
         let message = dbc.message("StepEnd").expect("sim.dbc has StepEnd");
         let signal = |name: &str| message.signal(name).expect("sim.dbc has the signals of StepEnd").clone();
-        Self { id: message.id, len: message.len, tick: signal("Tick"), last: signal("Last") }
+        let (tick, last, bus_off) = (signal("Tick"), signal("Last"), signal("BusOff"));
+        Self { id: message.id, len: message.len, tick, last, bus_off }
     }
 
     /// Its arbitration id.
@@ -43,6 +47,7 @@ impl StepEndCodec {
         let mut frame = Frame::zeroed(self.id, self.len);
         self.tick.encode(frame.payload_mut(), f64::from(step_end.tick));
         self.last.encode(frame.payload_mut(), f64::from(u8::from(step_end.last)));
+        self.bus_off.encode(frame.payload_mut(), f64::from(u8::from(step_end.bus_off)));
         frame
     }
 
@@ -52,6 +57,7 @@ impl StepEndCodec {
         is_marker.then(|| StepEnd {
             tick: self.tick.decode(frame.storage()) as u32,
             last: self.last.decode(frame.storage()) != 0.0,
+            bus_off: self.bus_off.decode(frame.storage()) != 0.0,
         })
     }
 }
@@ -63,7 +69,8 @@ mod tests {
     #[test]
     fn a_marker_comes_back_as_it_was() {
         let codec = StepEndCodec::builtin();
-        for step_end in [StepEnd { tick: 0, last: false }, StepEnd { tick: u32::MAX, last: true }] {
+        let flags = [(0, false, false), (u32::MAX, true, false), (7, false, true)];
+        for step_end in flags.map(|(tick, last, bus_off)| StepEnd { tick, last, bus_off }) {
             assert_eq!(codec.decode(&codec.encode(step_end)), Some(step_end));
         }
         assert_eq!(codec.decode(&Frame::zeroed(codec.id(), 8)), None);

@@ -7,6 +7,7 @@
 #![cfg(target_os = "linux")]
 
 mod card;
+mod frame_lengths;
 mod frames;
 mod link;
 mod losses;

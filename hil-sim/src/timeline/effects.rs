@@ -63,7 +63,7 @@ impl Laid {
             Wheel::BOTH.into_iter().filter(|&wheel| wheels[wheel]).for_each(|wheel| get(&mut troubles[wheel], wheel));
         };
         match *what {
-            What::Operator(_) | What::DriveFault(..) => {}
+            What::Operator(_) | What::Bus(_) | What::DriveFault(..) => {}
             What::PowerLoss(wheels) => trouble(wheels, &mut self.trouble, &|it, _| it.is_powered = false),
             What::TorqueLimit(wheels, limit_nm) => {
                 trouble(wheels, &mut self.trouble, &|it, _| it.torque_limit_nm = it.torque_limit_nm.min(limit_nm));

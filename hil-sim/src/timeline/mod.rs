@@ -8,14 +8,17 @@
 mod condition;
 mod effects;
 mod read;
+mod read_bus;
 mod what;
 
 use canloop::event::Mark;
 use canloop::safety::Operator;
+use canloop::time::Instant;
 use canloop::wheels::Wheels;
 
 use crate::plant::State;
 use crate::virtual_robot::VirtualRobot;
+use crate::wire::{FaultId, Wire};
 
 pub use condition::Condition;
 use effects::Effects;
@@ -46,6 +49,16 @@ pub enum Start {
     When(Condition),
 }
 
+/// Where it happens.
+pub struct Stage<'s> {
+    /// Drives and plant.
+    pub robot: &'s mut VirtualRobot,
+    /// The bus.
+    pub wire: &'s mut Wire,
+    /// The moment that it stands at.
+    pub now: Instant,
+}
+
 /// The events of a run, as it goes on.
 #[derive(Clone, Debug)]
 pub struct Timeline {
@@ -63,6 +76,8 @@ struct Entry {
     until_s: Option<f64>,
     /// What it remembers of its beginning, by wheel: encoder counts.
     counts: Wheels<i64>,
+    /// What it does to the bus, while it is going on.
+    fault: Option<FaultId>,
 }
 
 impl Timeline {
@@ -76,9 +91,9 @@ impl Timeline {
         self.entries.is_empty()
     }
 
-    /// Lets happen to `robot` what is due `t_s` after the run began, and tells
-    /// what begins and ends. To be called once a period, before it.
-    pub fn go_on(&mut self, t_s: f64, robot: &mut VirtualRobot, mut tell: impl FnMut(Mark)) {
+    /// Lets happen what is due `t_s` after the run began, and tells what begins
+    /// and ends. To be called at the beginning of each period.
+    pub fn go_on(&mut self, t_s: f64, stage: &mut Stage<'_>, mut tell: impl FnMut(Mark)) {
         if self.entries.is_empty() {
             return;
         }
@@ -86,15 +101,19 @@ impl Timeline {
             let mut mark = |has_begun| tell(Mark { event: index as u16, has_begun });
             if entry.ends(t_s) {
                 mark(false);
+                if let Some(fault) = entry.fault.take() {
+                    stage.wire.end(stage.now, fault);
+                }
             }
-            if entry.begins(t_s, robot.state()) {
+            if entry.begins(t_s, stage.robot.state()) {
                 mark(true);
-                entry.planned.what.begin(robot);
-                entry.counts = robot.encoder_counts();
+                entry.planned.what.begin(stage.robot);
+                entry.counts = stage.robot.encoder_counts();
+                entry.fault = entry.planned.what.bus_fault().map(|fault| stage.wire.begin(stage.now, fault));
             }
         }
         let going_on = self.entries.iter().filter(|entry| entry.until_s.is_some());
-        self.effects.lay(going_on.map(|entry| (&entry.planned.what, entry.counts)), robot);
+        self.effects.lay(going_on.map(|entry| (&entry.planned.what, entry.counts)), stage.robot);
     }
 }
 
@@ -113,7 +132,7 @@ const CLOSE_S: f64 = 1e-9;
 
 impl Entry {
     fn new(planned: Planned) -> Self {
-        Self { next: Some(planned.start), planned, until_s: None, counts: Wheels::default() }
+        Self { next: Some(planned.start), planned, until_s: None, counts: Wheels::default(), fault: None }
     }
 
     fn ends(&mut self, t_s: f64) -> bool {

@@ -3,10 +3,11 @@
 use canloop::config::{Bound, Section};
 use canloop::robot::{Load, Robot};
 use canloop::safety::Operator;
-use canloop::schema::FaultCode;
+use canloop::schema::{Dbc, FaultCode};
 use canloop::wheels::Wheels;
 
 use super::condition::Condition;
+use super::read_bus;
 use super::what::{Region, What};
 use super::{Planned, Start};
 
@@ -32,6 +33,12 @@ const KINDS: [(&str, Read); 16] = [
 
 type Read = fn(&Section<'_>, &Robot) -> What;
 
+#[derive(Clone, Copy)]
+enum Kind {
+    OfTheBus(read_bus::Read),
+    Other(Read),
+}
+
 /// Faults that a drive can raise of itself.
 const FAULTS: [(&str, FaultCode); 9] = [
     ("over_current", FaultCode::OverCurrent),
@@ -45,15 +52,17 @@ const FAULTS: [(&str, FaultCode); 9] = [
     ("other", FaultCode::Other),
 ];
 
-/// Reads all events of a scenario whose robot is this one. What is wrong is
+/// Reads all events of a scenario with this robot and these messages. What is wrong is
 /// reported to the section's reader.
-pub fn read_events(root: &Section<'_>, robot: &Robot) -> Vec<Planned> {
-    root.sections("event").iter().map(|event| read_event(event, robot)).collect()
+pub fn read_events(root: &Section<'_>, robot: &Robot, dbc: &Dbc) -> Vec<Planned> {
+    root.sections("event").iter().map(|event| read_event(event, robot, dbc)).collect()
 }
 
-fn read_event(event: &Section<'_>, robot: &Robot) -> Planned {
-    let words = KINDS.map(|(word, read)| (word, (word, read)));
-    let (word, read) = event.choice("kind", &words, true);
+fn read_event(event: &Section<'_>, robot: &Robot, dbc: &Dbc) -> Planned {
+    let of_the_bus = read_bus::KINDS.iter().map(|&(word, read)| (word, (word, Kind::OfTheBus(read))));
+    let others = KINDS.iter().map(|&(word, read)| (word, (word, Kind::Other(read))));
+    let words: Vec<_> = others.chain(of_the_bus).collect();
+    let (word, kind) = event.choice("kind", &words, true);
     let start = read_start(event);
     let every_s = event.number_or_none("every_s", Bound::Positive);
     let lasts_s = read_span(event, &start);
@@ -67,7 +76,10 @@ fn read_event(event: &Section<'_>, robot: &Robot) -> Planned {
         start,
         lasts_s,
         every_s,
-        what: read(event, robot),
+        what: match kind {
+            Kind::Other(read) => read(event, robot),
+            Kind::OfTheBus(read) => What::Bus(read(event, dbc)),
+        },
     }
 }
 

@@ -6,12 +6,15 @@ use canloop::schema::FaultCode;
 use canloop::wheels::{Wheel, Wheels};
 
 use crate::virtual_robot::VirtualRobot;
+use crate::wire::Fault;
 
 /// What happens. `Wheels<bool>` says to which drives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum What {
     /// The operator wants something.
     Operator(Operator),
+    /// Something is wrong with the bus.
+    Bus(Fault),
     /// No power; when it is back, the drive boots.
     PowerLoss(Wheels<bool>),
     /// The drive raises a fault of its own.
@@ -58,6 +61,14 @@ pub struct Region {
 }
 
 impl What {
+    /// What it does to the bus while it goes on, if it does.
+    pub(super) const fn bus_fault(&self) -> Option<Fault> {
+        match *self {
+            Self::Bus(fault) => Some(fault),
+            _ => None,
+        }
+    }
+
     /// What happens once, when it begins.
     pub(super) fn begin(&self, robot: &mut VirtualRobot) {
         if let Self::DriveFault(wheels, fault) = *self {
