@@ -22,6 +22,9 @@ pub struct Summary {
     pub overrides: Vec<String>,
     /// Version of the program.
     pub version: &'static str,
+    /// The command that runs the same again; `null` where the stack was another
+    /// program.
+    pub reproduce: Option<String>,
     /// Whether all expectations held.
     pub passed: bool,
     /// `finished`, `diverged`, `blocked`, `silent` or `interrupted`.
@@ -122,6 +125,13 @@ pub struct Gauge {
 
 const BLOCK_BYTES: usize = 64 * 1024;
 
+impl Summary {
+    /// The command that runs the same again, or nothing.
+    pub fn reproduce_line(&self) -> &str {
+        self.reproduce.as_deref().unwrap_or_default()
+    }
+}
+
 impl Gauge {
     /// Nothing gathered yet.
     pub fn new(scenario: &Scenario) -> Self {
@@ -160,6 +170,7 @@ impl Gauge {
             seed: scenario.seed,
             overrides: scenario.overrides.clone(),
             version: env!("CARGO_PKG_VERSION"),
+            reproduce: self.commands.is_none().then(|| crate::reproduce::command(scenario)),
             passed: !matches!(outcome.end, End::Interrupted | End::Silent | End::Blocked)
                 && expectations.iter().all(|verdict| verdict.passed),
             end: match outcome.end {
@@ -236,13 +247,13 @@ impl Gauge {
 impl Sink for Gauge {
     fn event(&mut self, at: Instant, event: &Event) {
         match event {
-            Event::Frame(crossed) => return self.take_frame(at, &crossed.frame),
+            Event::Frame(crossed) => self.take_frame(at, &crossed.frame),
             Event::Truth(truth) => self.take_truth(truth),
             Event::Tick(tick) => {
                 Wheel::BOTH.into_iter().for_each(|wheel| self.take_torque(wheel, tick.torque_sent_nm[wheel]))
             }
-            Event::Sync(_) | Event::Timing(_) | Event::Notice(_) => return,
+            Event::Sync(_) | Event::Timing(_) | Event::Notice(_) => {}
         }
-        self.watches.iter_mut().for_each(|watch| watch.event(event));
+        self.watches.iter_mut().for_each(|watch| watch.event(at, event));
     }
 }
