@@ -5,7 +5,7 @@
 //! [`plant`] moves as the torques tell it, [`drive`] and [`encoder`] stand
 //! between it and the bus ([`virtual_robot`]), [`wire`] is the bus; all that is
 //! the [`far_side`], which [`mod@bench`] joins with the stack in lock-step. Of what happens, [`summary`]
-//! keeps the figures, [`expect`] what became of what was expected, and [`trace`] what
+//! keeps the figures, [`expect`] what became of what was expected, and [`trace`] and [`report`] what
 //! pictures are drawn from.
 
 pub mod bench;
@@ -20,6 +20,7 @@ mod ideal;
 pub mod paper;
 pub mod plant;
 pub mod recording;
+pub mod report;
 pub mod reproduce;
 pub mod route;
 pub mod scenario;
