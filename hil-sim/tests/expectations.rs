@@ -88,6 +88,13 @@ fn torque_is_zero_and_nothing_moves_from_some_time_after_a_trip_on() {
 }
 
 #[test]
+fn each_signal_of_a_list_is_called_by_a_name_of_its_own() {
+    let both = verdicts("[[expect]]\nname = \"weak\"\nsignal = [\"torque_right_nm\", \"torque_left_nm\"]\nmax = 90\n");
+    let names: Vec<_> = both.iter().map(|verdict| verdict["name"].clone()).collect();
+    assert_eq!(names, ["weak, torque_right_nm", "weak, torque_left_nm"]);
+}
+
+#[test]
 fn a_state_is_called_by_its_name_or_by_the_reason_of_a_trip() {
     holds("state = \"running\"\nfrom_s = 0.1\nuntil_s = 3.5");
     holds("state = \"tripped\"\nwithin_s = 4");

@@ -37,8 +37,9 @@ impl Expectation {
             check_span(section, &span, demand);
         }
         let (file, line) = section.line();
+        let listed = subjects.len() > 1;
         let one = |(subject, of_state): (Subject, Option<Bounds>)| Self {
-            name: name.clone(),
+            name: name.as_ref().map(|name| if listed { format!("{name}, {}", subject.name()) } else { name.clone() }),
             subject,
             bounds: of_state.unwrap_or(bounds),
             span: span.clone(),
