@@ -136,6 +136,23 @@ pub struct Mark {
     pub has_begun: bool,
 }
 
+impl Notice {
+    /// Every `kind` that a stack tells in lock-step.
+    pub const KINDS: [&'static str; 11] = [
+        "boot",
+        "stopped",
+        "enabling",
+        "running",
+        "stopping",
+        "tripped",
+        "culprit",
+        "drive-in-fault",
+        "frame-refused",
+        "feedback-late",
+        "feedback-repeated",
+    ];
+}
+
 impl Tick {
     /// Names of [`Self::values`], unit last.
     pub const NAMES: [&'static str; 26] = [

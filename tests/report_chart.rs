@@ -169,6 +169,15 @@ fn the_y_axis_holds_limits_and_bands() {
 }
 
 #[test]
+fn an_axis_of_words_has_no_numbers() {
+    let states = chart(vec![(0.0, 0.0), (1.0, 1.0)]).y_range(-0.5, 1.5).y_words([(0.0, "off"), (1.0, "on")]);
+    let svg = states.to_svg();
+    let texts = texts(&Document::parse(&svg).unwrap());
+    assert!(["off", "on"].iter().all(|word| texts.iter().any(|text| text == word)), "{texts:?}");
+    assert!(!texts.iter().any(|text| text == "1.5"), "{texts:?}");
+}
+
+#[test]
 fn marker_labels_give_way_to_each_other() {
     let crowd =
         (0..6).fold(chart(vec![(0.0, 0.0), (9.0, 1.0)]), |chart, nth| chart.marker(format!("event {nth}"), 5.0));

@@ -106,6 +106,16 @@ fn a_table_shows_units_numbers_and_verdicts() {
 }
 
 #[test]
+fn sentences_may_take_several_lines_where_other_cells_may_not() {
+    let table = Table::new([Column::text("a"), Column::prose("b")]).row(["word".into(), "A sentence.".into()]);
+    let html = Page::new("Title").section(Section::new("Part").table(table)).to_html();
+    let document = parse(&html);
+    let classes: Vec<_> = elements(&document, "td").filter_map(|cell| cell.attribute("class")).collect();
+    assert_eq!(classes, ["words", "prose"]);
+    assert!(html.contains("td.prose { white-space: normal;"));
+}
+
+#[test]
 fn thirty_two_charts_share_one_style_sheet_and_stay_small() {
     let html = page(8);
     let document = parse(&html);

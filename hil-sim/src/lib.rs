@@ -5,7 +5,8 @@
 //! [`plant`] moves as the torques tell it, [`drive`] and [`encoder`] stand
 //! between it and the bus ([`virtual_robot`]), [`wire`] is the bus; all that is
 //! the [`far_side`], which [`mod@bench`] joins with the stack in lock-step. Of what happens, [`summary`]
-//! keeps the figures and [`trace`] what pictures are drawn from.
+//! keeps the figures, [`expect`] what became of what was expected, and [`trace`] and [`report`] what
+//! pictures are drawn from.
 
 pub mod bench;
 pub mod cli;
@@ -19,6 +20,8 @@ mod ideal;
 pub mod paper;
 pub mod plant;
 pub mod recording;
+pub mod report;
+pub mod reproduce;
 pub mod route;
 pub mod scenario;
 pub mod serve;

@@ -10,6 +10,7 @@ use canloop::log::{LogContents, LogError, LoggedBus, McapLog, WhenFull};
 use canloop::time::Instant;
 
 use crate::bench::{self, Outcome};
+use crate::report::History;
 use crate::scenario::Scenario;
 use crate::summary::{Gauge, LogFigures, Summary};
 use crate::trace::Trace;
@@ -20,12 +21,13 @@ pub struct Recording<'s> {
     gauge: Gauge,
     log: Option<McapLog>,
     trace: Option<Trace>,
+    history: Option<History>,
 }
 
 impl<'s> Recording<'s> {
     /// Keeps the figures of a run of `scenario`.
     pub fn new(scenario: &'s Scenario) -> Self {
-        Self { scenario, gauge: Gauge::new(scenario), log: None, trace: None }
+        Self { scenario, gauge: Gauge::new(scenario), log: None, trace: None, history: None }
     }
 
     /// Keeps the figures of a run whose stack is another program.
@@ -53,6 +55,12 @@ impl<'s> Recording<'s> {
         self
     }
 
+    /// Keeps what the run's page shows, too.
+    pub fn with_history(mut self) -> Self {
+        self.history = Some(History::new(self.scenario));
+        self
+    }
+
     /// Runs the scenario in this process.
     pub fn run(mut self, progress: impl FnMut(u64) -> ControlFlow<()>) -> Finished {
         let outcome = bench::run(self.scenario, &mut self, progress);
@@ -66,7 +74,7 @@ impl<'s> Recording<'s> {
         if let Ok(Some(report)) = &log {
             summary.log = Some(LogFigures { messages: report.messages, queue_full: report.waits });
         }
-        Finished { summary, trace: self.trace, log_error: log.err() }
+        Finished { summary, trace: self.trace, history: self.history, log_error: log.err() }
     }
 }
 
@@ -77,6 +85,8 @@ pub struct Finished {
     pub summary: Summary,
     /// Samples for pictures, where they were wanted.
     pub trace: Option<Trace>,
+    /// What the run's page shows, where it was wanted.
+    pub history: Option<History>,
     /// Why the log ends early, if it does; the figures are complete all the same.
     pub log_error: Option<LogError>,
 }
@@ -89,6 +99,9 @@ impl Sink for Recording<'_> {
         }
         if let Some(trace) = &mut self.trace {
             trace.event(at, event);
+        }
+        if let Some(history) = &mut self.history {
+            history.event(at, event);
         }
     }
 }

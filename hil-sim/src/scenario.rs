@@ -10,7 +10,7 @@ use canloop::wheels::{Wheel, Wheels};
 
 use crate::drive::DriveSpec;
 use crate::encoder::Encoder;
-use crate::expect::Expectation;
+use crate::expect::{Expectation, Vocabulary};
 use crate::plant::{Friction, Plant};
 use crate::timeline::{Planned, read_events};
 use crate::virtual_robot::VirtualRobot;
@@ -38,6 +38,8 @@ pub struct Scenario {
     pub expectations: Vec<Expectation>,
     /// The scenario as one TOML text, with its base and the overrides in it.
     pub text: String,
+    /// The name or the path that it was loaded by.
+    pub given: String,
     /// The overrides laid over it, as given.
     pub overrides: Vec<String>,
 }
@@ -69,6 +71,7 @@ impl Scenario {
         let reader = Reader::new(&document);
         let mut scenario = Self::read(&reader.root());
         scenario.text = document.resolved();
+        scenario.given = name_or_path.to_owned();
         scenario.overrides = overrides.to_vec();
         reader.finish(scenario)
     }
@@ -114,17 +117,20 @@ impl Scenario {
         // Followed already, when the document was opened.
         root.text_or_none("base");
         let stack = StackConfig::read(root, &truth);
+        let events = read_events(root, &truth, &stack.profile.dbc);
+        let names: Vec<String> = events.iter().map(|event| event.name.clone()).collect();
         let scenario = Self {
             name: read_name(root),
             seed: root.integer_or("seed", 0, 0, i64::MAX) as u64,
             duration_s,
             friction: read_friction(&robot.section("friction")),
+            expectations: read_expectations(root, &Vocabulary { dbc: &stack.profile.dbc, events: &names, duration_s }),
+            events,
+            stack,
             robot: truth,
             link: read_link(&root.section("bus")),
-            events: read_events(root, &truth, &stack.profile.dbc),
-            stack,
-            expectations: read_expectations(root, duration_s),
             text: String::new(),
+            given: String::new(),
             overrides: Vec::new(),
         };
         if scenario.link == Link::Ideal && !scenario.events.is_empty() {
@@ -152,10 +158,10 @@ fn read_name(root: &Section<'_>) -> String {
     name.unwrap_or_default()
 }
 
-fn read_expectations(root: &Section<'_>, duration_s: f64) -> Vec<Expectation> {
+fn read_expectations(root: &Section<'_>, vocabulary: &Vocabulary<'_>) -> Vec<Expectation> {
     let sections = root.sections("expect");
-    let read = |one: &Section<'_>| Expectation::read(one, duration_s, one.is_overlaid_by(root, "duration_s"));
-    sections.iter().map(read).collect()
+    let read = |one: &Section<'_>| Expectation::read(one, vocabulary, one.is_overlaid_by(root, "duration_s"));
+    sections.iter().flat_map(read).collect()
 }
 
 fn read_link(bus: &Section<'_>) -> Link {

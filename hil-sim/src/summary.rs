@@ -1,6 +1,6 @@
 //! The figures of a run, as `summary.json` holds them.
 
-use canloop::event::{Event, Sink, Truth};
+use canloop::event::{Event, Mark, Sink, Truth};
 use canloop::frame::Frame;
 use canloop::schema::{Message, Profile};
 use canloop::time::Instant;
@@ -8,7 +8,7 @@ use canloop::wheels::Wheel;
 use serde::Serialize;
 
 use crate::bench::{End, Outcome};
-use crate::expect::{Verdict, Watch};
+use crate::expect::{Occurrence, Verdict, Watch};
 use crate::scenario::{Link, Scenario};
 
 /// All figures of a run.
@@ -22,6 +22,9 @@ pub struct Summary {
     pub overrides: Vec<String>,
     /// Version of the program.
     pub version: &'static str,
+    /// The command that runs the same again; `null` where the stack was another
+    /// program.
+    pub reproduce: Option<String>,
     /// Whether all expectations held.
     pub passed: bool,
     /// `finished`, `diverged`, `blocked`, `silent` or `interrupted`.
@@ -117,10 +120,19 @@ pub struct Gauge {
     frames: blake3::Hasher,
     /// Frames are hashed in blocks, which is several times faster.
     block: Vec<u8>,
+    /// Names of the scenario's events.
+    planned: Vec<String>,
     watches: Vec<Watch>,
 }
 
 const BLOCK_BYTES: usize = 64 * 1024;
+
+impl Summary {
+    /// The command that runs the same again, or nothing.
+    pub fn reproduce_line(&self) -> &str {
+        self.reproduce.as_deref().unwrap_or_default()
+    }
+}
 
 impl Gauge {
     /// Nothing gathered yet.
@@ -138,6 +150,7 @@ impl Gauge {
             commands: None,
             frames: blake3::Hasher::new(),
             block: Vec::with_capacity(BLOCK_BYTES + 128),
+            planned: scenario.events.iter().map(|event| event.name.clone()).collect(),
             watches: scenario.expectations.iter().map(|expectation| expectation.watch(period_s)).collect(),
         }
     }
@@ -160,6 +173,7 @@ impl Gauge {
             seed: scenario.seed,
             overrides: scenario.overrides.clone(),
             version: env!("CARGO_PKG_VERSION"),
+            reproduce: self.commands.is_none().then(|| crate::reproduce::command(scenario)),
             passed: !matches!(outcome.end, End::Interrupted | End::Silent | End::Blocked)
                 && expectations.iter().all(|verdict| verdict.passed),
             end: match outcome.end {
@@ -217,6 +231,13 @@ impl Gauge {
         }
     }
 
+    fn take_mark(&mut self, at: Instant, mark: &Mark) {
+        if mark.has_begun {
+            let occurrence = Occurrence { name: &self.planned[usize::from(mark.event)], at_s: at.as_secs_f64() };
+            self.watches.iter_mut().for_each(|watch| watch.take(occurrence));
+        }
+    }
+
     fn take_frame(&mut self, at: Instant, frame: &Frame) {
         let marked_id = frame.id.raw() | u32::from(frame.id.is_extended()) << 31;
         self.block.extend_from_slice(&at.as_nanos().to_le_bytes());
@@ -236,13 +257,14 @@ impl Gauge {
 impl Sink for Gauge {
     fn event(&mut self, at: Instant, event: &Event) {
         match event {
-            Event::Frame(crossed) => return self.take_frame(at, &crossed.frame),
+            Event::Frame(crossed) => self.take_frame(at, &crossed.frame),
             Event::Truth(truth) => self.take_truth(truth),
             Event::Tick(tick) => {
                 Wheel::BOTH.into_iter().for_each(|wheel| self.take_torque(wheel, tick.torque_sent_nm[wheel]))
             }
-            Event::Sync(_) | Event::Timing(_) | Event::Notice(_) | Event::Mark(_) => return,
+            Event::Mark(mark) => self.take_mark(at, mark),
+            Event::Sync(_) | Event::Timing(_) | Event::Notice(_) => {}
         }
-        self.watches.iter_mut().for_each(|watch| watch.event(event));
+        self.watches.iter_mut().for_each(|watch| watch.event(at, event));
     }
 }

@@ -20,11 +20,11 @@ fn short<'a>(args: &[&'a str]) -> Vec<&'a str> {
 }
 
 #[test]
-fn a_run_leaves_its_log_and_its_summary_under_runs() {
+fn a_run_leaves_its_log_its_summary_and_its_page_under_runs() {
     let rig = Rig::new();
     let run = rig.hil_sim(&short(&["run", "dac-friction"])).expect_status(0);
     assert_eq!(rig.files(), ["runs"]);
-    assert_eq!(rig::files_in(&rig.path("runs")), ["run.mcap", "summary.json"]);
+    assert_eq!(rig::files_in(&rig.path("runs")), ["report.html", "run.mcap", "summary.json"]);
     assert!(run.stdout.contains("runs/run.mcap") && run.stdout.contains("runs/summary.json"), "{}", run.stdout);
     assert_eq!(run.stderr, "");
 }
@@ -33,16 +33,16 @@ fn a_run_leaves_its_log_and_its_summary_under_runs() {
 fn out_says_where_and_is_made_with_its_parents() {
     let rig = Rig::new();
     rig.hil_sim(&short(&["run", "dac-friction", "--out", "a/b c"])).expect_status(0);
-    assert_eq!(rig::files_in(&rig.path("a/b c")), ["run.mcap", "summary.json"]);
+    assert_eq!(rig::files_in(&rig.path("a/b c")), ["report.html", "run.mcap", "summary.json"]);
     assert_eq!(rig.files(), ["a"]);
 }
 
 #[test]
-fn without_a_log_there_is_only_the_summary() {
+fn without_log_and_page_there_is_only_the_summary() {
     let rig = Rig::new();
-    let run = rig.hil_sim(&short(&["run", "dac-friction", "--no-log"])).expect_status(0);
+    let run = rig.hil_sim(&short(&["run", "dac-friction", "--no-log", "--no-report"])).expect_status(0);
     assert_eq!(rig::files_in(&rig.path("runs")), ["summary.json"]);
-    assert!(!run.stdout.contains("run.mcap"), "{}", run.stdout);
+    assert!(!run.stdout.contains("run.mcap") && !run.stdout.contains("report.html"), "{}", run.stdout);
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn several_scenarios_get_a_folder_each() {
     assert_eq!(rig::files_in(&rig.path("out")), ["dac-friction", "second"]);
     for name in ["dac-friction", "second"] {
         let folder = format!("out/{name}");
-        assert_eq!(rig::files_in(&rig.path(&folder)), ["run.mcap", "summary.json"]);
+        assert_eq!(rig::files_in(&rig.path(&folder)), ["report.html", "run.mcap", "summary.json"]);
         assert_eq!(rig.summary(&folder)["scenario"], name);
     }
 }

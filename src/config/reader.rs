@@ -364,6 +364,12 @@ impl<'r> Section<'r> {
         self.table.map(|table| table.keys().map(String::as_str).collect()).unwrap_or_default()
     }
 
+    /// Where the section stands: the name of its text and the line, from 1.
+    pub fn line(&self) -> (&str, usize) {
+        let source = &self.place.source;
+        (&source.name, source.line_and_column(self.place.span.start).0)
+    }
+
     /// Reports that the value of `key` will not do; `label` says what was
     /// found and what was expected.
     pub fn complain(&self, key: &str, label: &str) {

@@ -17,6 +17,7 @@ pub struct Chart {
     pub(super) y_unit: String,
     pub(super) x_range: Option<(f64, f64)>,
     pub(super) y_range: Option<(f64, f64)>,
+    pub(super) y_words: Vec<(f64, String)>,
     pub(super) equal_aspect: bool,
     pub(super) series: Vec<Series>,
     pub(super) limits: Vec<(String, f64)>,
@@ -97,6 +98,12 @@ impl Chart {
     /// it are cut off.
     pub fn y_range(mut self, from: f64, to: f64) -> Self {
         self.y_range = Some((from, to));
+        self
+    }
+
+    /// Writes words beside the y axis in place of numbers.
+    pub fn y_words<'w>(mut self, words: impl IntoIterator<Item = (f64, &'w str)>) -> Self {
+        self.y_words = words.into_iter().map(|(y, word)| (y, word.to_owned())).collect();
         self
     }
 

@@ -1,11 +1,11 @@
-//! Writes SVG and HTML. Every text and attribute passes through here, so this
+//! Writes SVG, HTML and XML. Every text and attribute passes through here, so this
 //! is the one place where escaping is done.
 
 use std::fmt::Write as _;
 
 /// A document being written.
-#[derive(Default)]
-pub(super) struct Markup {
+#[derive(Debug, Default)]
+pub struct Markup {
     written: String,
 }
 

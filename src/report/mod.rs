@@ -24,5 +24,6 @@ mod svg;
 mod table;
 
 pub use chart::{Chart, Role, Series, Stroke};
+pub use markup::Markup;
 pub use page::{Figure, Page, Section};
 pub use table::{Badge, Cell, Column, Table};

@@ -96,7 +96,11 @@ impl Plot {
             .collect();
         let marker_labels = legend::place_marker_labels(&placed, width_px);
         let top_px = legend::height_px(chart, left_px) + legend::marker_strip_px(&marker_labels);
-        Self { left_px, top_px, width_px, x, y, x_ticks, y_ticks: ticks(y_range, y_step), marker_labels }
+        let y_ticks = match chart.y_words.as_slice() {
+            [] => ticks(y_range, y_step),
+            words => Ticks { marks: words.to_vec(), exponent: 0 },
+        };
+        Self { left_px, top_px, width_px, x, y, x_ticks, y_ticks, marker_labels }
     }
 
     fn write_axes(&self, chart: &Chart, out: &mut Markup) {

@@ -19,6 +19,7 @@ pub struct Column {
     name: String,
     unit: String,
     decimals: Option<usize>,
+    wraps: bool,
 }
 
 /// What a row holds in one column.
@@ -92,17 +93,26 @@ impl Table {
 impl Column {
     /// A column of words or badges.
     pub fn text(name: impl Into<String>) -> Self {
-        Self { name: name.into(), unit: String::new(), decimals: None }
+        Self { name: name.into(), unit: String::new(), decimals: None, wraps: false }
+    }
+
+    /// A column of sentences, which may take several lines.
+    pub fn prose(name: impl Into<String>) -> Self {
+        Self { wraps: true, ..Self::text(name) }
     }
 
     /// A column of numbers, each with so many `decimals`; `unit` may be empty.
     /// Numbers too large or too small for that show three digits and a power of ten.
     pub fn number(name: impl Into<String>, unit: impl Into<String>, decimals: usize) -> Self {
-        Self { name: name.into(), unit: unit.into(), decimals: Some(decimals) }
+        Self { name: name.into(), unit: unit.into(), decimals: Some(decimals), wraps: false }
     }
 
     fn class(&self) -> &'static str {
-        if self.decimals.is_some() { "number" } else { "words" }
+        match self.decimals {
+            Some(_) => "number",
+            None if self.wraps => "prose",
+            None => "words",
+        }
     }
 
     fn write(&self, cell: &Cell, out: &mut Markup) {

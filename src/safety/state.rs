@@ -144,6 +144,29 @@ impl Reason {
         Self::OperatorStop,
     ];
 
+    /// A word for configurations.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::StaleFeedback => "stale-feedback",
+            Self::HeartbeatLost => "heartbeat-lost",
+            Self::DamagedFrames => "damaged-frames",
+            Self::CounterJump => "counter-jump",
+            Self::EncoderJump => "encoder-jump",
+            Self::DriveFault => "drive-fault",
+            Self::DriveDisabled => "drive-disabled",
+            Self::EnableTimeout => "enable-timeout",
+            Self::FollowingError => "following-error",
+            Self::OverSpeed => "over-speed",
+            Self::TorqueSaturated => "torque-saturated",
+            Self::NotFinite => "not-finite",
+            Self::StopTimeout => "stop-timeout",
+            Self::LoopOverrun => "loop-overrun",
+            Self::BusLost => "bus-lost",
+            Self::BusOff => "bus-off",
+            Self::OperatorStop => "operator-stop",
+        }
+    }
+
     /// A sentence for people.
     pub const fn text(self) -> &'static str {
         match self {

@@ -7,6 +7,7 @@ pub mod run;
 pub mod scenario;
 pub mod serve;
 
+mod conclusion;
 mod interrupt;
 mod progress;
 

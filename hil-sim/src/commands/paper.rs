@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use super::conclusion::length;
 use super::progress::Progress;
-use super::run::length;
 use super::{Failure, HELD, INTERRUPTED, create_folder, interrupt, say, write_file};
 use crate::paper::{Case, Finished, cases, figures, page};
 use crate::recording::Recording;

@@ -8,8 +8,9 @@ use canloop::cli;
 use canloop::config::Problem;
 use canloop::run::{self, Clock};
 
+use super::conclusion::conclude;
 use super::progress::Progress;
-use super::run::{conclude, logged_to};
+use super::run::logged_to;
 use super::{FAILED, Failure, HELD, INTERRUPTED, create_folder, interrupt, say};
 use crate::bench::End;
 use crate::recording::Recording;
@@ -93,7 +94,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         }
     };
     progress.done();
-    let summary = conclude(recording.finish(&outcome), &args.out, progress.elapsed_s())?;
+    let summary = conclude(&scenario, recording.finish(&outcome), &args.out, progress.elapsed_s())?;
     if ignored > 0 {
         say(format_args!("  ignored          {ignored} frames that were corrupt or not meant for the drives"));
     }

@@ -52,9 +52,9 @@ impl Rig {
         finish(&mut self.command(args))
     }
 
-    /// Runs a scenario without a log and with overrides.
+    /// Runs a scenario with overrides and without log and page.
     pub fn run(&self, scenario: &str, overrides: &[&str]) -> Run {
-        let mut args = vec!["run", scenario, "--no-log"];
+        let mut args = vec!["run", scenario, "--no-log", "--no-report"];
         overrides.iter().for_each(|set| args.extend(["--set", set]));
         self.hil_sim(&args)
     }

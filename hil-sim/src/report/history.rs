@@ -1,0 +1,201 @@
+//! Follows a run and keeps what its page shows.
+
+use std::borrow::Cow;
+
+use canloop::bus::frame_bits;
+use canloop::event::{BusFrame, Event, Mark, Sink, Tick, Truth};
+use canloop::frame::CanId;
+use canloop::robot::Pose;
+use canloop::schema::{DriveState, Message, Profile};
+use canloop::time::Instant;
+use canloop::wheels::Wheels;
+
+use super::curve::Curve;
+use crate::scenario::{Link, Scenario};
+
+/// A run, thinned to what a picture can show.
+#[derive(Clone, Debug)]
+pub struct History {
+    period_s: f64,
+    bitrate_bit_s: f64,
+    profile: Profile,
+    /// Where the robot was, and where the path wanted it.
+    pub(super) track: Vec<(Pose, Pose)>,
+    /// Periods from one place of the track to the next.
+    track_every: u64,
+    reference: Pose,
+    pub(super) position_error_m: Curve,
+    pub(super) torque_nm: Wheels<Curve>,
+    /// Bits that crossed the bus in each stretch of time.
+    bits: Vec<u64>,
+    load_stretch_s: f64,
+    /// Changes of the stack's state: time, s, and number.
+    pub(super) states: Vec<(f64, u8)>,
+    /// Changes of the drives' states.
+    pub(super) drive_states: Wheels<Vec<(f64, DriveState)>>,
+    messages: Vec<Seen>,
+    /// Names of the scenario's events.
+    planned: Vec<String>,
+    pub(super) moments: Vec<Moment>,
+    pub(super) last_s: f64,
+}
+
+/// What is known of the frames with one id and length.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    id: CanId,
+    len: usize,
+    /// Bit times that the last one looked at took. Others have a few stuff
+    /// bits more or less, which no picture shows.
+    bits: u32,
+    /// When one is to be looked at again, s.
+    next_look_s: f64,
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Moment {
+    pub at_s: f64,
+    pub kind: &'static str,
+    pub text: Cow<'static, str>,
+}
+
+/// Places of a track, at most.
+const MOST_PLACES: usize = 2000;
+/// Stretches of a run of which the bus load is told, at most.
+const MOST_STRETCHES: usize = 300;
+/// Periods in such a stretch, at least: each sends its frames at once, so the
+/// load of few of them depends on where the stretch is cut.
+const LOAD_PERIODS: f64 = 20.0;
+/// Time from one look at a message to the next, s.
+const LOOK_S: f64 = 0.1;
+/// Things that happened, at most: a page lists no more.
+const MOMENTS: usize = 200;
+
+impl History {
+    /// Nothing has happened yet.
+    pub fn new(scenario: &Scenario) -> Self {
+        let period_s = scenario.period_s();
+        Self {
+            period_s,
+            bitrate_bit_s: match scenario.link {
+                Link::Can { bitrate_bit_s } => f64::from(bitrate_bit_s),
+                Link::Ideal => f64::INFINITY,
+            },
+            profile: scenario.stack.profile.clone(),
+            track: Vec::new(),
+            track_every: 1,
+            reference: Pose::default(),
+            position_error_m: Curve::default(),
+            torque_nm: Wheels::default(),
+            bits: Vec::new(),
+            load_stretch_s: LOAD_PERIODS * period_s,
+            states: Vec::new(),
+            drive_states: Wheels::default(),
+            messages: Vec::new(),
+            planned: scenario.events.iter().map(|event| event.name.clone()).collect(),
+            moments: Vec::new(),
+            last_s: 0.0,
+        }
+    }
+
+    /// The bus load in percent over time, in steps.
+    pub(super) fn load_percent(&self) -> Vec<(f64, f64)> {
+        let step = |(nth, bits): (usize, &u64)| {
+            let from_s = nth as f64 * self.load_stretch_s;
+            let until_s = (from_s + self.load_stretch_s).min(self.last_s);
+            let percent = 100.0 * *bits as f64 / self.bitrate_bit_s / (until_s - from_s);
+            // A last stretch that hardly began says nothing.
+            (until_s - from_s > 0.5 * self.load_stretch_s).then_some([(from_s, percent), (until_s, percent)])
+        };
+        self.bits.iter().enumerate().filter_map(step).flatten().collect()
+    }
+
+    fn take_truth(&mut self, truth: &Truth) {
+        let at_s = truth.tick as f64 * self.period_s;
+        self.last_s = self.last_s.max(at_s);
+        self.position_error_m.take(at_s, truth.position_error_m);
+        if truth.tick.is_multiple_of(self.track_every) {
+            self.track.push((truth.pose, self.reference));
+        }
+        if self.track.len() > MOST_PLACES {
+            self.track = self.track.iter().step_by(2).copied().collect();
+            self.track_every *= 2;
+        }
+    }
+
+    fn take_tick(&mut self, tick: &Tick) {
+        let at_s = tick.tick as f64 * self.period_s;
+        self.torque_nm.right.take(at_s, tick.torque_sent_nm.right);
+        self.torque_nm.left.take(at_s, tick.torque_sent_nm.left);
+        if self.states.last().is_none_or(|(_, state)| *state != tick.state) {
+            self.states.push((at_s, tick.state));
+        }
+    }
+
+    /// States and lengths change little, so of each message one frame now and
+    /// then is looked at: all of them would take a tenth of the run's time.
+    fn take_frame(&mut self, at_s: f64, crossed: &BusFrame) {
+        let (id, len) = (crossed.frame.id, crossed.frame.len());
+        let is_same = |seen: &Seen| seen.id == id && seen.len == len;
+        let nth = self.messages.iter().position(is_same).unwrap_or_else(|| {
+            self.messages.push(Seen { id, len, bits: 0, next_look_s: f64::NEG_INFINITY });
+            self.messages.len() - 1
+        });
+        let seen = &mut self.messages[nth];
+        let looks = at_s >= seen.next_look_s;
+        if looks {
+            (seen.bits, seen.next_look_s) = (frame_bits(&crossed.frame), at_s + LOOK_S);
+        }
+        let bits = u64::from(seen.bits);
+        self.take_bits(at_s, bits);
+        if looks && !crossed.sent_by_stack {
+            self.look_at(at_s, crossed);
+        }
+    }
+
+    fn take_bits(&mut self, at_s: f64, bits: u64) {
+        while at_s >= MOST_STRETCHES as f64 * self.load_stretch_s {
+            self.bits = self.bits.chunks(2).map(|two| two.iter().sum()).collect();
+            self.load_stretch_s *= 2.0;
+        }
+        let stretch = (at_s / self.load_stretch_s) as usize;
+        if stretch >= self.bits.len() {
+            self.bits.resize(stretch + 1, 0);
+        }
+        self.bits[stretch] += bits;
+    }
+
+    fn look_at(&mut self, at_s: f64, crossed: &BusFrame) {
+        let (wheel, state) = match self.profile.decode(&crossed.frame) {
+            Ok(Message::Feedback(wheel, feedback)) => (wheel, feedback.state),
+            Ok(Message::Heartbeat(wheel, heartbeat)) => (wheel, heartbeat.state),
+            _ => return,
+        };
+        let Some(state) = state.map(|state| self.profile.conversation.meaning(state)) else { return };
+        let states = &mut self.drive_states[wheel];
+        if states.last().is_none_or(|(_, last)| *last != state) {
+            states.push((at_s, state));
+        }
+    }
+}
+
+impl Sink for History {
+    fn event(&mut self, at: Instant, event: &Event) {
+        match event {
+            Event::Frame(crossed) => self.take_frame(at.as_secs_f64(), crossed),
+            Event::Sync(sync) => self.reference = sync.reference,
+            Event::Truth(truth) => self.take_truth(truth),
+            Event::Tick(tick) => self.take_tick(tick),
+            Event::Notice(notice) if self.moments.len() < MOMENTS => {
+                self.moments.push(Moment { at_s: at.as_secs_f64(), kind: notice.kind, text: notice.text.into() });
+            }
+            Event::Mark(Mark { event, has_begun }) if self.moments.len() < MOMENTS => {
+                let name = &self.planned[usize::from(*event)];
+                let text = format!("{name} {}", if *has_begun { "begins" } else { "ends" });
+                self.moments.push(Moment { at_s: at.as_secs_f64(), kind: "event", text: text.into() });
+            }
+            Event::Notice(_) | Event::Mark(_) | Event::Timing(_) => {}
+        }
+    }
+}
