@@ -135,6 +135,7 @@ impl Wire {
 
     /// Queues a frame of `node`'s; a full queue drops it and counts it.
     /// [`Self::awaited`] counts those that `is_awaited`.
+    #[inline]
     pub fn send(&mut self, now: Instant, node: Node, frame: Frame, is_awaited: bool) {
         self.now = self.now.max(now);
         self.awaited += u32::from(is_awaited);
@@ -148,12 +149,14 @@ impl Wire {
 
     /// When something will happen next, if nothing is sent before: most often
     /// a frame will have crossed then.
+    #[inline]
     pub fn next_event(&mut self) -> Option<Instant> {
         if self.is_quiet { self.next_on(0) } else { self.next_in_trouble() }
     }
 
     /// Lets happen what [`Self::next_event`] announced, and gives the frame
     /// that has crossed, if one has.
+    #[inline]
     pub fn advance(&mut self) -> Option<Crossing> {
         if let Some(attempt) = self.segments[0].current.filter(|_| self.is_quiet) {
             self.now = self.now.max(attempt.end);
@@ -222,6 +225,7 @@ impl Wire {
         self.changes.pop_front()
     }
 
+    #[inline]
     fn enqueue(&mut self, node: Node, queued: Queued) {
         let station = &mut self.stations[node as usize];
         if station.queue.len() < QUEUE_FRAMES {
@@ -235,6 +239,7 @@ impl Wire {
     }
 
     /// Takes the first frame out of a node's queue.
+    #[inline]
     fn dequeue(&mut self, node: Node) -> Option<Queued> {
         let queue = &mut self.stations[node as usize].queue;
         let queued = queue.pop_front();

@@ -67,8 +67,14 @@ impl Nodes {
     }
 
     /// Each of them.
+    #[inline]
     pub fn iter(self) -> impl Iterator<Item = Node> {
-        Node::ALL.into_iter().filter(move |&node| self.contains(node))
+        let mut left = self.0;
+        std::iter::from_fn(move || {
+            let node = *Node::ALL.get(left.trailing_zeros() as usize)?;
+            left &= left - 1;
+            Some(node)
+        })
     }
 }
 

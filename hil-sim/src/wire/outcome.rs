@@ -10,6 +10,7 @@ use super::{Crossing, StateChange, Wire};
 
 impl Wire {
     /// The attempt on a segment is over.
+    #[inline]
     pub(super) fn finish(&mut self, segment: usize) -> Option<Crossing> {
         let Attempt { sender, end, outcome, .. } = self.segments[segment].current.take()?;
         match outcome {
