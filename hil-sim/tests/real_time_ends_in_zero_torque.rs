@@ -48,6 +48,7 @@ struct TroubledBus {
     trouble: Trouble,
     answers: VecDeque<Frame>,
     syncs: u64,
+    synced_at: Instant,
     told: bool,
     tries: u64,
     stop: Arc<StopSwitch>,
@@ -138,7 +139,12 @@ impl Bus for TroubledBus {
             return Err(error);
         }
         self.listen(frame);
-        self.syncs += u64::from(self.robot.handle_frame(frame, PERIOD_S));
+        let now = self.clock.now();
+        // The plant moves by the clock, as the loop does.
+        if self.robot.handle_frame(frame, (now - self.synced_at).as_secs_f64()) {
+            self.syncs += 1;
+            self.synced_at = now;
+        }
         self.collect_answers();
         Ok(())
     }
@@ -186,6 +192,7 @@ fn run_into(trouble: Trouble) -> (std::thread::Result<Ended>, LastWords) {
         trouble,
         answers: VecDeque::new(),
         syncs: 0,
+        synced_at: start,
         told: false,
         tries: 0,
         stop: Arc::clone(&stop),

@@ -58,6 +58,7 @@ struct Direct {
     clock: Clock,
     answers: VecDeque<Frame>,
     syncs: u32,
+    synced_at: Instant,
 }
 
 const WARM_UP: u32 = 20;
@@ -65,7 +66,9 @@ const SILENT_AFTER: u32 = 150;
 
 impl Bus for Direct {
     fn send(&mut self, frame: &Frame) -> Result<(), BusError> {
-        if self.robot.handle_frame(frame, 0.002) {
+        let now = self.clock.now();
+        if self.robot.handle_frame(frame, (now - self.synced_at).as_secs_f64()) {
+            self.synced_at = now;
             self.syncs += 1;
             if self.syncs == WARM_UP {
                 ALLOCATIONS.with(|allocations| allocations.set(Some(0)));
@@ -109,7 +112,7 @@ fn a_loop_that_runs_and_trips_takes_no_memory() {
     let start = clock.now() + Duration::from_millis(1);
     let profile = scenario.stack.profile.clone();
     let robot = VirtualRobot::new(profile, scenario.plant(), scenario.drive_spec(), start);
-    let mut bus = Direct { robot, clock, answers: VecDeque::with_capacity(64), syncs: 0 };
+    let mut bus = Direct { robot, clock, answers: VecDeque::with_capacity(64), syncs: 0, synced_at: start };
     let mut stack = Stack::new(&scenario.stack, start);
     stack.operate(Operator::Enable);
     let (mut events, mut drain) = tap();
