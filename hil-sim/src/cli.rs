@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{Failure, check, paper, plant, run, scenario, serve};
+use crate::commands::{Failure, campaign, check, paper, plant, run, scenario, serve};
 
 /// Impersonates a robot's CAN motor drives, with the robot's dynamics behind them
 #[derive(Debug, Parser)]
@@ -20,6 +20,8 @@ enum Command {
     Paper(paper::Args),
     /// Run scenarios: the control stack over a simulated CAN bus against the simulated robot
     Run(run::Args),
+    /// Let everything go wrong, and check what must hold all the same
+    Campaign(campaign::Args),
     /// Impersonate the drives on a bus, for any controller
     Serve(serve::Args),
     /// Run the plant alone, open loop, from a file of torques
@@ -35,6 +37,7 @@ pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Paper(args) => paper::run(&args),
         Command::Run(args) => run::run(&args),
+        Command::Campaign(args) => campaign::run(&args),
         Command::Serve(args) => serve::run(&args),
         Command::Plant(args) => plant::run(&args),
         Command::Scenario(args) => scenario::run(&args),

@@ -9,6 +9,7 @@
 //! pictures are drawn from.
 
 pub mod bench;
+pub mod campaign;
 pub mod cli;
 pub mod commands;
 pub mod drive;

@@ -1,5 +1,6 @@
 //! The program's commands, and how they end.
 
+pub mod campaign;
 pub mod check;
 pub mod paper;
 pub mod plant;

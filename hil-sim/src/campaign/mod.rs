@@ -1,0 +1,68 @@
+//! Many runs in which something goes wrong, and what must hold in all of them.
+
+mod judge;
+mod plan;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use canloop::config::Problems;
+
+use crate::bench;
+use crate::reproduce;
+use crate::scenario::Scenario;
+
+pub use judge::{Invariants, Judge, Verdict};
+pub use plan::{Case, Plan, SHIPPED};
+
+/// A run and what came of it.
+#[derive(Clone, Debug)]
+pub struct Tried {
+    /// The kind of fault.
+    pub kind: String,
+    /// How it ended.
+    pub verdict: Verdict,
+    /// The command that runs it again.
+    pub reproduce: String,
+}
+
+/// Runs all cases of a plan on so many threads; the results are in the plan's
+/// order, whichever was done first. `progress` is told how many are done, and
+/// says whether to go on: what was not run then is left out.
+///
+/// # Errors
+/// A case whose scenario will not do; the rest is left alone.
+pub fn run(plan: &Plan, threads: usize, progress: impl Fn(usize) -> bool + Sync) -> Result<Vec<Tried>, Problems> {
+    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let results = Mutex::new(vec![None; plan.cases.len()]);
+    std::thread::scope(|scope| {
+        for _ in 0..threads.max(1) {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(case) = plan.cases.get(index) else { return };
+                    let tried = try_one(case, &plan.invariants);
+                    let has_failed = tried.is_err();
+                    results.lock().expect("no other thread panics with it")[index] = Some(tried);
+                    if has_failed || !progress(done.fetch_add(1, Ordering::Relaxed) + 1) {
+                        next.store(plan.cases.len(), Ordering::Relaxed);
+                    }
+                }
+            });
+        }
+    });
+    results.into_inner().expect("no thread panicked with it").into_iter().flatten().collect()
+}
+
+/// One run. A panic is a violation as well.
+fn try_one(case: &Case, invariants: &Invariants) -> Result<Tried, Problems> {
+    let scenario = Scenario::load(&case.scenario, &case.overrides)?;
+    let judged = catch_unwind(AssertUnwindSafe(|| {
+        let mut judge = Judge::new(*invariants, &scenario);
+        let outcome = bench::run(&scenario, &mut judge, |_| std::ops::ControlFlow::Continue(()));
+        judge.verdict(&outcome)
+    }));
+    let verdict = judged.unwrap_or_else(|_| Verdict::Violated("it panicked".to_owned()));
+    Ok(Tried { kind: case.kind.clone(), verdict, reproduce: reproduce::command(&scenario) })
+}
