@@ -39,6 +39,8 @@ pub struct VirtualRobot {
     next_heartbeat: Instant,
     /// When feedback is due that nobody asks for.
     next_feedback: Instant,
+    /// By what share the drives' own clocks run too slow.
+    clock_drift: f64,
     frames: VecDeque<(Wheel, Frame)>,
 }
 
@@ -59,6 +61,7 @@ impl VirtualRobot {
             own_count: 0,
             next_heartbeat: profile.heartbeat_period.map_or(Instant::MAX, |_| start),
             next_feedback: cycle.map_or(Instant::MAX, |cycle| start + Duration::from_nanos(cycle.as_nanos() / 4)),
+            clock_drift: 0.0,
             profile,
             frames: VecDeque::with_capacity(64),
         }
@@ -149,11 +152,11 @@ impl VirtualRobot {
     /// Takes note that `at` has come: heartbeats may be due, and feedback.
     pub fn handle_wakeup(&mut self, at: Instant) {
         if let Some(period) = self.profile.heartbeat_period.filter(|_| at >= self.next_heartbeat) {
-            self.next_heartbeat += period;
+            self.next_heartbeat += self.by_own_clock(period);
             self.tell_of_life();
         }
         if let Some(period) = self.profile.feedback_period.filter(|_| at >= self.next_feedback) {
-            self.next_feedback += period;
+            self.next_feedback += self.by_own_clock(period);
             self.report_all(0);
         }
     }
@@ -211,6 +214,11 @@ impl VirtualRobot {
         Wheels::from_fn(|wheel| self.drives[wheel].counts(angle_rad[wheel]))
     }
 
+    /// The drives' own clocks run by this share too slow from now on.
+    pub const fn set_clock_drift(&mut self, drift: f64) {
+        self.clock_drift = drift;
+    }
+
     /// The plant.
     pub const fn plant(&self) -> &Plant {
         &self.plant
@@ -244,6 +252,14 @@ impl VirtualRobot {
         for wheel in Wheel::BOTH {
             self.drives[wheel].begin_period();
         }
+    }
+
+    /// How long what a drive takes for `period` really is.
+    fn by_own_clock(&self, period: Duration) -> Duration {
+        if self.clock_drift == 0.0 {
+            return period;
+        }
+        Duration::from_secs_f64(period.as_secs_f64() * (1.0 + self.clock_drift))
     }
 
     /// Drives with power do; one message for both comes while either has any.

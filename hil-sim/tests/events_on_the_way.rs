@@ -35,6 +35,8 @@ fn what_goes_wrong_with_a_drive_trips_the_stack_for_what_it_is() {
         ("kind = \"encoder-stuck\"\nwheel = \"right\"", "too far from where it should be"),
         ("kind = \"encoder-reversed\"\nwheel = \"right\"", "jumped"),
         ("kind = \"torque-limit\"\nlimit_nm = 1.0", "too far from where it should be"),
+        ("kind = \"brown-out\"\nabove_nm = 5", "reported a fault"),
+        ("kind = \"clock-drift\"\ndrift = 5", "gave no sign of life"),
         ("kind = \"emergency-stop\"", "an emergency stop"),
     ];
     for (event, reason) in cases {
@@ -93,6 +95,8 @@ fn what_the_control_method_is_there_for_disturbs_it_little() {
         "kind = \"load\"\ncog_angle_rad = 0.5",
         "kind = \"friction\"\nfactor = 2",
         "kind = \"push\"\nforce_n = 100\nfor_s = 1",
+        "kind = \"clock-drift\"\ndrift = 0.02",
+        "kind = \"brown-out\"\nabove_nm = 100",
         "kind = \"slope\"\nangle_rad = 0.02\nuphill_rad = 1.5",
     ];
     for event in cases {

@@ -22,6 +22,7 @@ struct Laid {
     friction: Wheels<Friction>,
     force_n: f64,
     moment_nm: f64,
+    clock_drift: f64,
     trouble: Wheels<Trouble>,
 }
 
@@ -32,14 +33,15 @@ impl Effects {
     pub fn of(robot: &VirtualRobot) -> Self {
         let (load, friction) = (robot.plant().robot().load, *robot.plant().friction());
         let trouble = Wheels::both(Trouble::NONE);
-        Self { load, friction, last: Laid { load, friction, force_n: 0.0, moment_nm: 0.0, trouble } }
+        Self { load, friction, last: Laid { load, friction, force_n: 0.0, moment_nm: 0.0, clock_drift: 0.0, trouble } }
     }
 
     /// Lays all that is going on over the robot; each with the encoder counts
     /// at its beginning.
     pub fn lay<'w>(&mut self, going_on: impl Iterator<Item = (&'w What, Wheels<i64>)>, robot: &mut VirtualRobot) {
         let trouble = Wheels::both(Trouble::NONE);
-        let mut laid = Laid { load: self.load, friction: self.friction, force_n: 0.0, moment_nm: 0.0, trouble };
+        let mut laid =
+            Laid { load: self.load, friction: self.friction, force_n: 0.0, moment_nm: 0.0, clock_drift: 0.0, trouble };
         for (what, counts) in going_on {
             laid.add(what, counts, robot);
         }
@@ -51,6 +53,7 @@ impl Effects {
             robot.plant_mut().set_friction(laid.friction);
         }
         robot.plant_mut().push(laid.force_n, laid.moment_nm);
+        robot.set_clock_drift(laid.clock_drift);
         for wheel in Wheel::BOTH.into_iter().filter(|&wheel| laid.trouble[wheel] != last.trouble[wheel]) {
             robot.get_into(wheel, laid.trouble[wheel]);
         }
@@ -63,7 +66,8 @@ impl Laid {
             Wheel::BOTH.into_iter().filter(|&wheel| wheels[wheel]).for_each(|wheel| get(&mut troubles[wheel], wheel));
         };
         match *what {
-            What::Operator(_) | What::Bus(_) | What::DriveFault(..) => {}
+            What::Operator(_) | What::Bus(_) | What::DriveFault(..) | What::BrownOut(_) => {}
+            What::ClockDrift(drift) => self.clock_drift += drift,
             What::PowerLoss(wheels) => trouble(wheels, &mut self.trouble, &|it, _| it.is_powered = false),
             What::TorqueLimit(wheels, limit_nm) => {
                 trouble(wheels, &mut self.trouble, &|it, _| it.torque_limit_nm = it.torque_limit_nm.min(limit_nm));

@@ -113,6 +113,7 @@ impl Timeline {
             }
         }
         let going_on = self.entries.iter().filter(|entry| entry.until_s.is_some());
+        going_on.clone().for_each(|entry| entry.planned.what.strike(stage.robot));
         self.effects.lay(going_on.map(|entry| (&entry.planned.what, entry.counts)), stage.robot);
     }
 }

@@ -12,7 +12,7 @@ use super::what::{Region, What};
 use super::{Planned, Start};
 
 /// The word for each kind, and how the rest of its table is read.
-const KINDS: [(&str, Read); 16] = [
+const KINDS: [(&str, Read); 18] = [
     ("stop", |_, _| What::Operator(Operator::Stop)),
     ("emergency-stop", |_, _| What::Operator(Operator::EmergencyStop)),
     ("reset", |_, _| What::Operator(Operator::Reset)),
@@ -21,6 +21,8 @@ const KINDS: [(&str, Read); 16] = [
     ("drive-fault", |event, _| What::DriveFault(wheels(event), event.choice("fault", &FAULTS, true))),
     ("torque-limit", |event, _| What::TorqueLimit(wheels(event), event.number("limit_nm", Bound::Within(0.0, 1e6)))),
     ("torque-sensor", |event, _| What::TorqueSensor(wheels(event), event.number("gain", Bound::Within(-10.0, 10.0)))),
+    ("brown-out", |event, _| What::BrownOut(event.number("above_nm", Bound::Within(0.0, 1e6)))),
+    ("clock-drift", |event, _| What::ClockDrift(event.number("drift", Bound::Within(-0.9, 9.0)))),
     ("encoder-stuck", |event, _| What::EncoderStuck(wheels(event))),
     ("encoder-jump", |event, _| What::EncoderJump(wheels(event), event.number("jump_rad", Bound::Within(-1e3, 1e3)))),
     ("encoder-reversed", |event, _| What::EncoderReversed(wheels(event))),

@@ -29,6 +29,10 @@ pub enum What {
     EncoderJump(Wheels<bool>, f64),
     /// The encoder counts the wrong way.
     EncoderReversed(Wheels<bool>),
+    /// The supply breaks down while both drives together give more torque, N m.
+    BrownOut(f64),
+    /// The drives' own clocks run so many times too slow.
+    ClockDrift(f64),
     /// Feedback stays out.
     FeedbackDropout(Wheels<bool>),
     /// Another load.
@@ -73,6 +77,16 @@ impl What {
     pub(super) fn begin(&self, robot: &mut VirtualRobot) {
         if let Self::DriveFault(wheels, fault) = *self {
             Wheel::BOTH.into_iter().filter(|&wheel| wheels[wheel]).for_each(|wheel| robot.raise_fault(wheel, fault));
+        }
+    }
+
+    /// What happens whenever it has come to that while it goes on.
+    pub(super) fn strike(&self, robot: &mut VirtualRobot) {
+        if let Self::BrownOut(most_nm) = *self {
+            let Wheels { right, left } = robot.torque_applied_nm().map(f64::abs);
+            if right + left > most_nm {
+                Wheel::BOTH.into_iter().for_each(|wheel| robot.raise_fault(wheel, FaultCode::UnderVoltage));
+            }
         }
     }
 }
