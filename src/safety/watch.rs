@@ -225,6 +225,7 @@ mod tests {
     fn damaged_frames_that_come_seldom_are_tolerated() {
         let after = |periods: u32| {
             let mut watch = Watch::new(Limits { heartbeat_timeout_s: f64::INFINITY, ..limits() }, PERIOD_S);
+            (0..1000).for_each(|_| assert_eq!(watch.begin_period(), None));
             watch.damaged_frame();
             watch.damaged_frame();
             (0..periods).for_each(|_| assert_eq!(watch.begin_period(), None));
@@ -285,6 +286,19 @@ mod tests {
         moves(&mut watch, Wheel::Right, 0.02, 0.51 * PERIOD_S);
         let jump = moves(&mut watch, Wheel::Right, 0.18, PERIOD_S);
         assert_eq!(jump, Some((Reason::EncoderJump, Some(Wheel::Right))));
+    }
+
+    #[test]
+    fn limits_themselves_are_kept() {
+        // Numbers that binary fractions hold exactly.
+        let limits = Limits { encoder_jump_rad: 0.25, wheel_speed_limit_rad_s: f64::INFINITY, ..limits() };
+        let mut watch = Watch::new(limits, 1.0);
+        moves(&mut watch, Wheel::Left, 0.0, 1.0);
+        assert_eq!(moves(&mut watch, Wheel::Left, 0.25, 1.0), None, "as far as the limit");
+        assert_eq!(moves(&mut watch, Wheel::Left, 0.0, 0.5), None, "half a period says nothing of speed");
+        assert_eq!(moves(&mut watch, Wheel::Left, 0.5, 1.0), None, "0.25 more than at 0.25 rad/s");
+        assert!(!watch.has_lasted(1, 1.5) && watch.has_lasted(1, 1.49), "half a period counts for the next");
+        assert!(!watch.has_lasted(0, 0.1), "what has not begun has not lasted");
     }
 
     #[test]
