@@ -185,6 +185,8 @@ fn spectral_radius(kd_per_s: f64, kp_per_s2: f64, period_s: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::{Document, Reader};
+    use crate::control::tests::robot;
 
     #[test]
     fn the_paper_s_gains_are_stable_and_the_limits_are_where_jury_s_test_puts_them() {
@@ -196,5 +198,57 @@ mod tests {
         assert!(spectral_radius(3.0, 2.01 * 3.0 / period_s, period_s) > 1.0);
         assert!(spectral_radius(3.0, -0.1, period_s) > 1.0);
         assert!(spectral_radius(-0.1, 0.6, period_s) > 1.0);
+    }
+
+    fn read(text: &str) -> Result<LawConfig, String> {
+        let document = Document::parse("robot.toml", text).expect("TOML");
+        let reader = Reader::new(&document);
+        let law = LawConfig::read(&reader.root(), 0.005);
+        reader.finish(law).map_err(|problems| problems.to_string())
+    }
+
+    #[test]
+    fn every_law_is_read_with_its_own_gains() {
+        let (kd_per_s, kp_per_s2) = (3.0, 0.6);
+        let laws = [
+            ("kd_per_s = 3\nkp_per_s2 = 0.6", LawConfig::Dac { kd_per_s, kp_per_s2 }),
+            ("kd_per_s = 3\nkp_per_s2 = 0.6\nfilter = 0.3", LawConfig::DacMatched { kd_per_s, kp_per_s2, filter: 0.3 }),
+            ("kd_per_s = 3\nkp_per_s2 = 0.6", LawConfig::DacMatched { kd_per_s, kp_per_s2, filter: 1.0 }),
+            ("kp = 1\nki = 3", LawConfig::PiSpeed { kp: 1.0, ki: 3.0 }),
+            ("kp = 1\nki = 3", LawConfig::PiAngle { kp: 1.0, ki: 3.0 }),
+        ];
+        for (gains, law) in laws {
+            assert_eq!(read(&format!("law = \"{}\"\n{gains}", law.name())), Ok(law));
+        }
+    }
+
+    #[test]
+    fn gains_that_are_unstable_are_refused_at_the_key_that_makes_them_so() {
+        let refused = |kd_per_s: f64, kp_per_s2: f64| {
+            let text = format!("law = \"dac\"\nkd_per_s = {kd_per_s:?}\nkp_per_s2 = {kp_per_s2:?}");
+            read(&text).err().map(|error| if error.contains("robot.toml:2:") { "kd_per_s" } else { "kp_per_s2" })
+        };
+        // K_D T of 2 is the limit, and K_P of 2 K_D / T.
+        assert_eq!([refused(3.0, 0.6), refused(399.0, 0.6), refused(3.0, 1199.0)], [None; 3]);
+        // Nothing moves, so nothing diverges.
+        assert_eq!(refused(0.0, 0.0), None);
+        assert_eq!([refused(401.0, 0.6), refused(-0.1, 0.6), refused(0.0, 0.6)], [Some("kd_per_s"); 3]);
+        assert_eq!([refused(3.0, 1201.0), refused(3.0, -0.1), refused(400.0, -1.0)], [Some("kp_per_s2"); 3]);
+    }
+
+    #[test]
+    fn every_law_is_built_as_what_it_is() {
+        let mass = robot().mass_matrix();
+        let target = Target { angle_rad: Wheels { right: 1.0, left: 2.0 }, ..Target::default() };
+        let measured = Measured { torque_nm: Wheels::both(10.0), ..Measured::default() };
+        let torque_nm = |law: LawConfig| law.build(&robot(), 0.5).torque_nm(&target, &measured);
+        let wanted_nm = mass.times(target.angle_rad * 0.6);
+        let (kd_per_s, kp_per_s2) = (3.0, 0.6);
+        assert_eq!(torque_nm(LawConfig::Dac { kd_per_s, kp_per_s2 }), wanted_nm);
+        let matched = LawConfig::DacMatched { kd_per_s, kp_per_s2, filter: 0.5 };
+        assert_eq!(torque_nm(matched), Wheels::both(5.0) + wanted_nm);
+        assert_eq!(torque_nm(LawConfig::PiSpeed { kp: 1.0, ki: 3.0 }), Wheels::default());
+        let pi_angle = LawConfig::PiAngle { kp: 1.0, ki: 3.0 };
+        assert_eq!(torque_nm(pi_angle), target.angle_rad * 2.5);
     }
 }
