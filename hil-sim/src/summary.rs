@@ -158,7 +158,9 @@ impl Gauge {
     /// The same for a run whose stack is another program: its torques are
     /// those of its commands.
     pub fn of_commands(scenario: &Scenario) -> Self {
-        Self { commands: Some(scenario.stack.profile.clone()), ..Self::new(scenario) }
+        let gauge = Self::new(scenario);
+        let watches = gauge.watches.into_iter().map(|watch| watch.without_the_stack(&gauge.planned)).collect();
+        Self { commands: Some(scenario.stack.profile.clone()), watches, ..gauge }
     }
 
     /// The figures, once the run is over.

@@ -66,6 +66,11 @@ impl Subject {
         }
     }
 
+    /// Whether only the stack itself knows of it.
+    pub(super) const fn is_of_the_stack(&self) -> bool {
+        matches!(self, Self::Notices(_)) || matches!(self.signal(), Some(Signal::Tick(_)))
+    }
+
     /// What `event` says of it.
     pub(super) fn said(&self, at: Instant, event: &Event, period_s: f64) -> Option<Said> {
         match (self, event) {

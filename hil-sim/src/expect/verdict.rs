@@ -54,6 +54,9 @@ pub struct Sample {
 /// What becomes of one whose span somebody else put out of reach.
 pub(super) const NOT_REACHED: &str = "not reached, the run was made shorter";
 
+/// What becomes of one that only the stack's own program could judge.
+pub(super) const UNSEEN: &str = "not judged: the stack, which alone could tell, is another program";
+
 /// Samples told to either side of the worst.
 const TOLD_EITHER_SIDE: usize = 2;
 
@@ -83,8 +86,8 @@ impl std::fmt::Display for Verdict {
         if let Some(name) = &self.name {
             write!(out, "{name}: ")?;
         }
-        if self.result == NOT_REACHED {
-            return write!(out, "{}: {NOT_REACHED}", self.claim);
+        if [NOT_REACHED, UNSEEN].contains(&self.result.as_str()) {
+            return write!(out, "{}: {}", self.claim, self.result);
         }
         write!(out, "{}: {}, {}", self.claim, self.word(), self.result)
     }

@@ -8,7 +8,7 @@ use super::always::Always;
 use super::around::Around;
 use super::count::Count;
 use super::subject::{Said, Subject};
-use super::verdict::{Finding, NOT_REACHED, Verdict, Words, next_to};
+use super::verdict::{Finding, NOT_REACHED, UNSEEN, Verdict, Words, next_to};
 use super::within::Within;
 use super::{Demand, Expectation};
 
@@ -33,6 +33,8 @@ pub struct Watch {
     before: Option<(f64, f64)>,
     around: Around,
     last_s: f64,
+    /// Whether only the stack could judge it, and is not there to.
+    is_unseen: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -57,11 +59,20 @@ impl Watch {
             before: None,
             around: Around::default(),
             last_s: f64::NEG_INFINITY,
+            is_unseen: false,
         };
         if watch.expectation.span.after.is_none() {
             watch.begin(0.0);
         }
         watch
+    }
+
+    /// The same where the stack is another program: what it tells nobody hears.
+    /// `planned` are the names of what the scenario itself lets happen.
+    pub fn without_the_stack(self, planned: &[String]) -> Self {
+        let Expectation { subject, span, .. } = &self.expectation;
+        let waits_for_the_stack = span.after.as_ref().is_some_and(|after| !planned.contains(after));
+        Self { is_unseen: subject.is_of_the_stack() || waits_for_the_stack, ..self }
     }
 
     /// Takes an event.
@@ -119,6 +130,9 @@ impl Watch {
     /// held against it.
     fn finding(&self) -> Finding {
         let Expectation { subject, bounds, span, demand, .. } = &self.expectation;
+        if self.is_unseen {
+            return Finding { passed: true, text: UNSEEN.to_owned(), worst: None };
+        }
         let out_of_reach = || Finding { passed: true, text: NOT_REACHED.to_owned(), worst: None };
         let Some((from_s, until_s)) = self.span_s else {
             let mark = span.after.as_deref().unwrap_or_default();
@@ -259,6 +273,28 @@ mod tests {
     fn a_stay_that_the_end_of_the_run_cuts_off_is_said_to_be() {
         let verdict = pushed("push", Demand::Within { within_s: 0.5, for_s: 0.95 }, |_| 0.0);
         assert!(!verdict.passed && verdict.result.starts_with("the run ended before"), "{verdict:?}");
+    }
+
+    #[test]
+    fn what_only_the_stack_could_tell_is_not_judged_without_it() {
+        let unseen = |subject: Subject, after: Option<&str>| {
+            let after = after.map(str::to_owned);
+            let expectation = Expectation {
+                name: None,
+                subject,
+                bounds: Bounds { min: None, max: Some(1.0) },
+                span: Span { from_s: 0.0, until_s: None, after, duration_s: 1.0, shortened: false },
+                demand: Demand::Always,
+                place: (String::new(), 1),
+            };
+            let watch = expectation.watch(PERIOD_S).without_the_stack(&["push".to_owned()]);
+            watch.verdict().result == UNSEEN
+        };
+        assert!(unseen(Subject::Value(Signal::Tick(1)), None));
+        assert!(unseen(Subject::Notices("tripped".to_owned()), None));
+        assert!(unseen(Subject::Value(X_M), Some("tripped")));
+        assert!(!unseen(Subject::Value(X_M), Some("push")));
+        assert!(!unseen(Subject::Value(X_M), None));
     }
 
     #[test]
