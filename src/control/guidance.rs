@@ -249,6 +249,47 @@ mod tests {
         Measured { angle_rad: Wheels { right: 10.0, left: 8.0 }, speed_rad_s, ..Measured::default() }
     }
 
+    /// The path `ticks` periods after its beginning.
+    fn path_at(ticks: u32) -> Reference {
+        circle().at(f64::from(ticks) * PERIOD_S)
+    }
+
+    #[test]
+    fn the_wheels_are_led_along_the_path_a_period_at_a_time() {
+        let mut guidance = guidance(PoseLoop::None, Sampling::Exact);
+        for _ in 0..2 {
+            for tick in 0..5 {
+                let now = path_at(tick);
+                assert_eq!(*guidance.reference(), now);
+                let target = guidance.target(&Pose::default());
+                assert_eq!(target.angle_rad, now.wheel_angles_rad(&robot()));
+                assert_eq!(target.speed_rad_s, now.wheel_speeds_rad_s(&robot()));
+                assert_eq!(target.acceleration_rad_s2, now.wheel_accelerations_rad_s2(&robot()));
+                guidance.advance();
+            }
+            guidance.reset();
+        }
+    }
+
+    #[test]
+    fn over_a_bus_targets_are_differences_as_measurements_are() {
+        let mut guidance = guidance(PoseLoop::None, Sampling::OverBus);
+        let per_s = 1.0 / PERIOD_S;
+        let mut before_rad = Wheels::default();
+        for tick in 0..5 {
+            let target = guidance.target(&Pose::default());
+            let angle_rad = path_at(tick).wheel_angles_rad(&robot());
+            assert_eq!(target.angle_rad, angle_rad);
+            assert_eq!(target.speed_rad_s, (angle_rad - before_rad) * per_s);
+            // For the period in which the torque will act.
+            let speed_rad_s = |ticks| path_at(ticks).wheel_speeds_rad_s(&robot());
+            let expected = (speed_rad_s(tick + 2) - speed_rad_s(tick + 1)) * per_s;
+            assert!((target.acceleration_rad_s2 - expected).all(|off| off.abs() < 1e-9), "{target:?}");
+            before_rad = angle_rad;
+            guidance.advance();
+        }
+    }
+
     #[test]
     fn braking_goes_on_from_how_the_wheels_turn_and_keeps_to_the_arc() {
         for way in [1.0, -1.0] {
