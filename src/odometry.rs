@@ -60,23 +60,12 @@ impl Odometry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::{Load, Model};
     use crate::schema::PositionScale;
 
     const PERIOD_S: Wheels<f64> = Wheels { right: 0.005, left: 0.005 };
 
     fn odometry() -> Odometry {
-        let robot = Robot {
-            model: Model::Paper,
-            mass_kg: 46.5,
-            inertia_kg_m2: 1.3133,
-            half_track_m: 0.27,
-            wheel_radius_m: 0.122,
-            wheel_inertia_kg_m2: 0.0144,
-            motor_inertia_kg_m2: 0.0125,
-            gear_ratio: 3.0,
-            load: Load { mass_kg: 80.0, cog_distance_m: 0.2, cog_angle_rad: 2.0 },
-        };
+        let robot = Robot::of_the_paper(80.0);
         let rad_per_unit = 2.0 * std::f64::consts::PI / 3000.0;
         let scale = PositionScale { rad_per_unit, wraps_at: Some(4_294_967_296.0), resolution: 1.0 };
         Odometry::new(robot, Wheels::both(Estimator::new(Some(scale), None, 0.005)), Pose::default())

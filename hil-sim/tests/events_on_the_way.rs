@@ -25,6 +25,21 @@ fn state_text(summary: &serde_json::Value) -> &str {
     summary["findings"][0].as_str().unwrap_or("the stack has not tripped")
 }
 
+#[track_caller]
+fn assert_trips(event: &str, reason: &str) {
+    let summary = summary(&format!("[[event]]\nat_s = 10\n{event}\n"));
+    assert_eq!(summary["state"], "tripped", "{event}: {summary}");
+    assert!(state_text(&summary).contains(reason), "{event}: {}", state_text(&summary));
+}
+
+#[track_caller]
+fn assert_keeps_to_its_path(event: &str) {
+    let summary = summary(&format!("[[event]]\nat_s = 10\n{event}\n"));
+    assert_eq!(summary["state"], "running", "{event}: {}", state_text(&summary));
+    let max_m = number(&summary, "/tracking/max_m");
+    assert!(max_m < 0.1, "{event}: {max_m} m");
+}
+
 #[test]
 fn what_goes_wrong_with_a_drive_trips_the_stack_for_what_it_is() {
     let cases = [
@@ -39,11 +54,7 @@ fn what_goes_wrong_with_a_drive_trips_the_stack_for_what_it_is() {
         ("kind = \"clock-drift\"\ndrift = 5", "gave no sign of life"),
         ("kind = \"emergency-stop\"", "an emergency stop"),
     ];
-    for (event, reason) in cases {
-        let summary = summary(&format!("[[event]]\nat_s = 10\n{event}\n"));
-        assert_eq!(summary["state"], "tripped", "{event}: {summary}");
-        assert!(state_text(&summary).contains(reason), "{event}: {}", state_text(&summary));
-    }
+    cases.into_iter().for_each(|(event, reason)| assert_trips(event, reason));
 }
 
 #[test]
@@ -64,11 +75,7 @@ fn what_goes_wrong_on_the_bus_trips_the_stack_for_what_it_is() {
         ("kind = \"bit-errors\"\nrate = 0.02", "sent no feedback"),
         ("kind = \"bursty-loss\"\nturns_bad = 0.02\nturns_good = 0.02", "tripped"),
     ];
-    for (event, reason) in cases {
-        let summary = summary(&format!("[[event]]\nat_s = 10\n{event}\n"));
-        assert_eq!(summary["state"], "tripped", "{event}: {summary}");
-        assert!(state_text(&summary).contains(reason), "{event}: {}", state_text(&summary));
-    }
+    cases.into_iter().for_each(|(event, reason)| assert_trips(event, reason));
 }
 
 #[test]
@@ -80,12 +87,7 @@ fn what_a_bus_gets_over_by_itself_leaves_the_robot_on_its_path() {
         "kind = \"bit-errors\"\nrate = 1e-5",
         "kind = \"babble\"\nid = 1\nperiod_s = 0.01",
     ];
-    for event in cases {
-        let summary = summary(&format!("[[event]]\nat_s = 10\n{event}\n"));
-        assert_eq!(summary["state"], "running", "{event}: {}", state_text(&summary));
-        let max_m = number(&summary, "/tracking/max_m");
-        assert!(max_m < 0.1, "{event}: {max_m} m");
-    }
+    cases.into_iter().for_each(assert_keeps_to_its_path);
 }
 
 #[test]
@@ -99,12 +101,7 @@ fn what_the_control_method_is_there_for_disturbs_it_little() {
         "kind = \"brown-out\"\nabove_nm = 100",
         "kind = \"slope\"\nangle_rad = 0.02\nuphill_rad = 1.5",
     ];
-    for event in cases {
-        let summary = summary(&format!("[[event]]\nat_s = 10\n{event}\n"));
-        assert_eq!(summary["state"], "running", "{event}: {}", state_text(&summary));
-        let max_m = number(&summary, "/tracking/max_m");
-        assert!(max_m < 0.1, "{event}: {max_m} m");
-    }
+    cases.into_iter().for_each(assert_keeps_to_its_path);
 }
 
 #[test]

@@ -19,23 +19,13 @@ mod tests {
     use crate::path::Path;
     use crate::path::geometry::{Geometry, Shape};
     use crate::path::profile::SpeedProfile;
-    use crate::robot::{Load, Model, Pose, Robot};
+    use crate::robot::{Pose, Robot};
 
     pub const PERIOD_S: f64 = 0.005;
 
     /// The paper's robot with its load.
     pub fn robot() -> Robot {
-        Robot {
-            model: Model::Paper,
-            mass_kg: 46.5,
-            inertia_kg_m2: 1.3133,
-            half_track_m: 0.27,
-            wheel_radius_m: 0.122,
-            wheel_inertia_kg_m2: 0.0144,
-            motor_inertia_kg_m2: 0.0125,
-            gear_ratio: 3.0,
-            load: Load { mass_kg: 80.0, cog_distance_m: 0.2, cog_angle_rad: 2.0 * std::f64::consts::FRAC_PI_3 },
-        }
+        Robot::of_the_paper(80.0)
     }
 
     /// Eq 19: round (5, 5) at 4 m, in 150 s.

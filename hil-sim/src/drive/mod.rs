@@ -128,7 +128,7 @@ impl Drive {
 
     /// What its encoder counts while the wheel has turned by `angle_rad`.
     pub fn counts(&self, angle_rad: f64) -> i64 {
-        self.trouble.counts(self.spec.encoder.counts(angle_rad))
+        self.trouble.counts(self.counts_in(angle_rad))
     }
 
     /// Takes a valid command: into force at once, or with the next SYNC.
