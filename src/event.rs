@@ -138,7 +138,7 @@ pub struct Mark {
 
 impl Notice {
     /// Every `kind` that a stack tells in lock-step.
-    pub const KINDS: [&'static str; 11] = [
+    pub const KINDS: [&'static str; 12] = [
         "boot",
         "stopped",
         "enabling",
@@ -150,6 +150,7 @@ impl Notice {
         "frame-refused",
         "feedback-late",
         "feedback-repeated",
+        "new-path",
     ];
 }
 

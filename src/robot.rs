@@ -150,6 +150,11 @@ impl Robot {
         self.load.cog_distance_m * libm::sin(self.load.cog_angle_rad)
     }
 
+    /// Inertia of what turns with a wheel, brought to its axle: J_w + k^2 J_0, kg m^2.
+    pub fn turning_inertia_kg_m2(&self) -> f64 {
+        self.wheel_inertia_kg_m2 + self.gear_ratio * self.gear_ratio * self.motor_inertia_kg_m2
+    }
+
     /// Inertia at the wheels, eq 5.
     pub fn mass_matrix(&self) -> MassMatrix {
         let total_kg = self.total_mass_kg();
@@ -162,7 +167,7 @@ impl Robot {
             Model::RigidBody => self.cog_ahead_m(),
         };
         let q = c * (self.inertia_kg_m2 + offset_m * offset_m * total_kg);
-        let j = self.wheel_inertia_kg_m2 + self.gear_ratio * self.gear_ratio * self.motor_inertia_kg_m2;
+        let j = self.turning_inertia_kg_m2();
         MassMatrix {
             m11: c * total_kg * right_arm_m * right_arm_m + q + j,
             m12: c * total_kg * right_arm_m * left_arm_m - q,

@@ -20,6 +20,7 @@ use crate::estimator::{Estimator, Sample};
 use crate::event::{Event, Notice, SyncEvent, Tick};
 use crate::frame::Frame;
 use crate::odometry::Odometry;
+use crate::path::Path;
 use crate::safety::{Chain, Operator, Reason, State};
 use crate::schema::{
     Acts, Applied, Asks, DecodeError, DriveState, FaultCode, Feedback, Heartbeat, Message, Profile, StateId,
@@ -44,6 +45,8 @@ pub struct Stack {
     /// Whether the torque applied is made from what was asked for.
     believes_commands: bool,
     controller: Controller,
+    /// The path that the next enable begins, if it is another.
+    next_path: Option<Path>,
     odometry: Odometry,
     chain: Chain,
     /// The state that was told last.
@@ -97,6 +100,7 @@ impl Stack {
             believes_commands: Wheel::BOTH.iter().any(|&wheel| believes_commands(&config.profile, wheel)),
             profile: config.profile.clone(),
             controller: controller.build(Sampling::OverBus),
+            next_path: None,
             odometry: Odometry::new(controller.belief, estimators(config), config.start),
             chain: Chain::new(config.safety, config.period.as_secs_f64()),
             told: State::Boot,
@@ -178,6 +182,15 @@ impl Stack {
     /// Takes an operator's wish.
     pub fn operate(&mut self, wish: Operator) {
         self.chain.operate(wish);
+        self.tell_state();
+    }
+
+    /// Takes another path for the robot to follow, from the next time on that
+    /// it is enabled: a robot in motion stops first.
+    pub fn follow(&mut self, path: Path) {
+        self.next_path = Some(path);
+        self.notice("new-path", "there is a new path, for the next time that the robot is enabled");
+        self.chain.operate(Operator::Stop);
         self.tell_state();
     }
 
@@ -330,7 +343,10 @@ impl Stack {
         let are_slow = self.measured.speed_rad_s.all(|&speed_rad_s| self.chain.is_at_rest(speed_rad_s));
         self.chain.step(all_mean, are_slow && self.controller.is_braked());
         if self.chain.state() == State::Running && before != State::Running {
-            self.controller.reset();
+            match self.next_path.take() {
+                Some(path) => self.controller.follow(path),
+                None => self.controller.reset(),
+            }
             self.decision = Decision::default();
             self.origin_rad = self.measured.angle_rad;
         }

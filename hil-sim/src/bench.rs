@@ -135,7 +135,7 @@ impl<'s, S: Sink> Bench<'s, S> {
             }
             tick += 1;
         };
-        Outcome { end, ticks: tick, wire: *self.far_side.wire_stats(), state: Some(self.stack.state()) }
+        Outcome { end, ticks: tick, wire: self.far_side.wire_stats(), state: Some(self.stack.state()) }
     }
 
     /// One period: the stack wakes up, the far side makes a step, the stack
@@ -203,9 +203,10 @@ impl<'s, S: Sink> Bench<'s, S> {
     /// stack is told.
     fn take_mark(&mut self, at: Instant, mark: Mark) {
         self.sink.event(at, &Event::Mark(mark));
-        let wish = self.scenario.events[usize::from(mark.event)].operator().filter(|_| mark.has_begun);
-        if let Some(wish) = wish {
-            self.stack.operate(wish);
+        let planned = &self.scenario.events[usize::from(mark.event)];
+        if mark.has_begun {
+            planned.operator().into_iter().for_each(|wish| self.stack.operate(wish));
+            planned.new_path().into_iter().for_each(|path| self.stack.follow(path.clone()));
             while let Some(event) = self.stack.poll_event() {
                 self.told_by_stack.push(event);
             }

@@ -87,7 +87,8 @@ impl FarSide {
     /// The far side of `scenario`, on a bus of this bit rate, before the
     /// first SYNC, which is due at `start`.
     pub fn new(scenario: &Scenario, bitrate_bit_s: u32, start: Instant) -> Self {
-        let wire = Wire::new(BitRates::both(bitrate_bit_s), scenario.seed);
+        let rates = BitRates { nominal_bit_s: bitrate_bit_s, data_bit_s: scenario.data_bitrate_bit_s };
+        let wire = Wire::new(rates, scenario.seed);
         let robot = scenario.virtual_robot(start);
         Self {
             timeline: Timeline::new(&scenario.events, &robot),
@@ -210,7 +211,7 @@ impl FarSide {
     }
 
     /// What has crossed the wire so far.
-    pub const fn wire_stats(&self) -> &WireStats {
+    pub fn wire_stats(&self) -> WireStats {
         self.wire.stats()
     }
 

@@ -2,7 +2,7 @@
 
 use crate::bench::{DIVERGED_M, DIVERGED_NM, End, Outcome};
 use crate::scenario::{Link, Scenario};
-use crate::summary::Summary;
+use crate::summary::{Nodes, Summary};
 
 use canloop::control::LawConfig;
 use canloop::safety::State;
@@ -28,12 +28,22 @@ pub fn findings(scenario: &Scenario, summary: &Summary, outcome: &Outcome) -> Ve
     if outcome.end == End::Blocked {
         found.push("The bus was blocked: not one SYNC came through any more, and the run was ended.".to_owned());
     }
-    if outcome.wire.lost > 0 {
+    let has_bus_faults = scenario.events.iter().any(|event| event.what.bus_fault().is_some());
+    if outcome.wire.lost > 0 && has_bus_faults {
+        found.push(format!("{} frames found their transmit queue full and were lost.", outcome.wire.lost));
+    } else if outcome.wire.lost > 0 {
         found.push(format!(
             "{} frames found their transmit queue full and were lost: the bus cannot carry what a period of {} s \
              sends. Give it a higher `bus.bitrate_bit_s` or the loop a longer `period_s`.",
             outcome.wire.lost, summary.period_s
         ));
+    }
+    let Nodes { stack, right, left } = summary.bus.nodes;
+    for (node, times) in [("stack", stack.bus_off), ("right drive", right.bus_off), ("left drive", left.bus_off)] {
+        if times > 0 {
+            let times = if times == 1 { "once".to_owned() } else { format!("{times} times") };
+            found.push(format!("The {node}'s CAN controller went off the bus {times}."));
+        }
     }
     if summary.rings {
         found.push(format!(

@@ -32,6 +32,8 @@ pub struct Scenario {
     pub stack: StackConfig,
     /// What joins the two.
     pub link: Link,
+    /// Bit rate of the data phase of CAN FD frames that switch, bit/s.
+    pub data_bitrate_bit_s: u32,
     /// What happens on the way.
     pub events: Vec<Planned>,
     /// What must hold.
@@ -117,7 +119,7 @@ impl Scenario {
         // Followed already, when the document was opened.
         root.text_or_none("base");
         let stack = StackConfig::read(root, &truth);
-        let events = read_events(root, &truth, &stack.profile.dbc);
+        let events = read_events(root, &truth, &stack.profile.dbc, duration_s);
         let names: Vec<String> = events.iter().map(|event| event.name.clone()).collect();
         let scenario = Self {
             name: read_name(root),
@@ -129,6 +131,7 @@ impl Scenario {
             stack,
             robot: truth,
             link: read_link(&root.section("bus")),
+            data_bitrate_bit_s: read_data_bit_rate(&root.section("bus")),
             text: String::new(),
             given: String::new(),
             overrides: Vec::new(),
@@ -168,6 +171,12 @@ fn read_link(bus: &Section<'_>) -> Link {
     let is_can = bus.choice("link", &[("can", true), ("ideal", false)], false);
     let bitrate_bit_s = read_bit_rate(bus);
     if is_can { Link::Can { bitrate_bit_s } } else { Link::Ideal }
+}
+
+/// That of the rest of the frame where nothing says another.
+fn read_data_bit_rate(bus: &Section<'_>) -> u32 {
+    let usual = read_bit_rate(bus);
+    bus.integer_or("data_bitrate_bit_s", i64::from(usual), i64::from(usual), 8_000_000) as u32
 }
 
 /// Both wheels alike, unless `right` or `left` overrides a number. No section

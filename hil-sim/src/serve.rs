@@ -137,7 +137,7 @@ impl<'r, S: Sink> Server<'r, S> {
         } else {
             self.let_the_wire_finish();
         }
-        let mut wire = *self.far_side.wire_stats();
+        let mut wire = self.far_side.wire_stats();
         wire.lost += self.lost;
         let outcome = Outcome { end: end.of_the_run(), ticks: tick, wire, state: None };
         Served { end, outcome, ignored: self.ignored }

@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::bench::{End, Outcome};
 use crate::expect::{Occurrence, Verdict, Watch};
 use crate::scenario::{Link, Scenario};
+use crate::wire::NodeStats;
 
 /// All figures of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -89,10 +90,27 @@ pub struct TorqueFigures {
 pub struct BusFigures {
     /// Frames delivered.
     pub frames: u64,
-    /// Frames lost.
+    /// Frames lost because a transmit queue was full.
     pub lost: u64,
+    /// Attempts to send that ended in an error frame.
+    pub error_frames: u64,
+    /// Frames that faults took, or that were thrown away off the bus.
+    pub discarded: u64,
     /// Share of the time that the bus was busy, percent.
     pub load_percent: f64,
+    /// What each node can tell of itself at the end.
+    pub nodes: Nodes,
+}
+
+/// What the nodes of the bus can tell of themselves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Nodes {
+    /// The stack's controller.
+    pub stack: NodeStats,
+    /// The right wheel's drive.
+    pub right: NodeStats,
+    /// The left wheel's drive.
+    pub left: NodeStats,
 }
 
 /// What went into the log.
@@ -169,6 +187,7 @@ impl Gauge {
         let expectations: Vec<Verdict> = self.watches.iter().map(Watch::verdict).collect();
         let simulated_s = outcome.ticks as f64 * self.period_s;
         let rms_m = (self.squares_m2 / self.samples.max(1) as f64).sqrt();
+        let [stack, right, left] = outcome.wire.nodes;
         let chatter_nm = self.steps_nm / self.steps.max(1) as f64;
         let mut summary = Summary {
             scenario: scenario.name.clone(),
@@ -197,6 +216,9 @@ impl Gauge {
             bus: BusFigures {
                 frames: outcome.wire.frames,
                 lost: outcome.wire.lost,
+                error_frames: outcome.wire.error_frames,
+                discarded: outcome.wire.discarded,
+                nodes: Nodes { stack, right, left },
                 load_percent: 100.0 * outcome.wire.busy.as_secs_f64()
                     / outcome.wire.until.as_secs_f64().max(simulated_s).max(self.period_s),
             },

@@ -219,6 +219,15 @@ impl VirtualRobot {
         self.clock_drift = drift;
     }
 
+    /// What the drives do by their own clocks comes this much later from now on.
+    pub fn set_back_clock(&mut self, by: Duration) {
+        for next in [&mut self.next_heartbeat, &mut self.next_feedback] {
+            if *next != Instant::MAX {
+                *next += by;
+            }
+        }
+    }
+
     /// The plant.
     pub const fn plant(&self) -> &Plant {
         &self.plant

@@ -100,6 +100,8 @@ fn what_the_control_method_is_there_for_disturbs_it_little() {
         "kind = \"clock-drift\"\ndrift = 0.02",
         "kind = \"brown-out\"\nabove_nm = 100",
         "kind = \"slope\"\nangle_rad = 0.02\nuphill_rad = 1.5",
+        "kind = \"wheel-lift\"\nwheel = \"left\"\nfor_s = 0.05",
+        "kind = \"clock-phase\"\nby_s = 0.05",
     ];
     cases.into_iter().for_each(assert_keeps_to_its_path);
 }
@@ -118,6 +120,39 @@ fn power_that_comes_back_lets_the_operator_go_on() {
     assert_eq!(summary(events)["state"], "running");
     let without_reset = events.replace("reset", "enable");
     assert_eq!(summary(&without_reset)["state"], "tripped");
+}
+
+#[test]
+fn a_new_path_waits_until_the_robot_has_stopped_and_is_enabled_again() {
+    let path = "[event.path]\nkind = \"line\"\nfrom_m = [9.0, 5.0]\nto_m = [9.0, 9.0]\nduration_s = 8.0\n";
+    let events = format!("[[event]]\nkind = \"new-path\"\nat_s = 2\n{path}");
+    assert_eq!(summary(&events)["state"], "stopped");
+    assert_eq!(summary(&format!("{events}[[event]]\nkind = \"enable\"\nat_s = 5\n"))["state"], "running");
+}
+
+#[test]
+fn frames_that_switch_the_bit_rate_leave_more_of_the_bus_to_others() {
+    let babble = "[[event]]\nkind = \"babble\"\nat_s = 1\nid = 2000\nbytes = 64\nperiod_s = 0.005\n";
+    let load = |frame: &str, rate: &str| {
+        let summary = summary(&format!("{babble}frame = \"{frame}\"\n[bus]\ndata_bitrate_bit_s = {rate}\n"));
+        assert_eq!(summary["state"], "running");
+        number(&summary, "/bus/load_percent")
+    };
+    // 64 bytes are some 600 bits: a quarter of a period of 5 ms at 500 kbit/s, an eighth of that at 4 Mbit/s.
+    let (slow, fast) = (load("fd", "4000000"), load("fd-brs", "4000000"));
+    assert!(slow > fast + 18.0, "{slow} %, {fast} %");
+    assert!((load("fd-brs", "500000") - slow).abs() < 0.5);
+}
+
+#[test]
+fn an_event_s_chance_is_its_own_whatever_else_is_planned() {
+    let noise = "[[event]]\nkind = \"drop\"\nname = \"noise\"\nat_s = 6\nprobability = 0.05\n\
+        message = \"RightHeartbeat\"\nfor_s = 9\n";
+    // Before it, and without any effect.
+    let other = "[[event]]\nkind = \"drop\"\nat_s = 1\nprobability = 0.0\n";
+    let hash = |events: &str| summary(events)["frames_blake3"].to_string();
+    assert_eq!(hash(noise), hash(&format!("{other}{noise}")));
+    assert_ne!(hash(noise), hash(&noise.replace("\"noise\"", "\"other noise\"")));
 }
 
 #[test]
@@ -201,6 +236,17 @@ fn what_is_wrong_with_an_event_is_said_with_its_place() {
         ("kind = \"load\"\nwhen = \"x_m < 1\"\nuntil_s = 2", "expected `for_s`"),
         ("kind = \"friction\"\nfactor = 1\nat_s = 1\nradius_m = 1", "center_m"),
         ("kind = \"push\"\nforce_n = 1\nat_s = 1\nfor_s = 3\nevery_s = 2", "expected at least the 3 s"),
+        ("kind = \"stop\"\nat_s = 21", "a moment after the end, expected one until 20 s"),
+        ("kind = \"load\"\nat_s = 3\n[[event]]\nkind = \"load\"\nat_s = 5", "expected one at a time"),
+        ("kind = \"enable\"\nat_s = 3\n[[event]]\nkind = \"stop\"\nat_s = 3", "two wishes of the operator"),
+        (
+            "kind = \"power-loss\"\nat_s = 3\nwheel = \"left\"\n\
+             [[event]]\nkind = \"drive-fault\"\nat_s = 5\nfault = \"overload\"",
+            "expected a drive with power",
+        ),
+        ("kind = \"new-path\"\nat_s = 1", "event[0].path.kind"),
+        ("kind = \"clock-phase\"\nat_s = 1\nby_s = -1", "by_s"),
+        ("kind = \"babble\"\nat_s = 1\nid = 7\nframe = \"fd\"\nbytes = 13", "expected up to 8, 12, 16"),
         ("kind = \"stop\"\nat_s = 1\nwheel = \"right\"", "`wheel`"),
         ("kind = \"drop\"\nat_s = 1\nmessage = \"RightFeedbak\"", "did you mean `RightFeedback`?"),
         ("kind = \"silence\"\nat_s = 1\nnode = \"front\"", "expected one of \"stack\""),

@@ -1,13 +1,15 @@
 """Reads a JUnit file with a reader that others wrote, after it has passed the
-schema that Jenkins and its kin hold such files to, and prints what is in it."""
+schema that Jenkins and its kin hold such files to, and prints what is in it.
 
-import pathlib
+usage: junit_file.py JUNIT_FILE SCHEMA
+"""
+
 import sys
 
 from junitparser import JUnitXml
 from lxml import etree
 
-schema = etree.XMLSchema(etree.parse(pathlib.Path(__file__).with_name("junit.xsd")))
+schema = etree.XMLSchema(etree.parse(sys.argv[2]))
 schema.assertValid(etree.parse(sys.argv[1]))
 
 for suite in JUnitXml.fromfile(sys.argv[1]):

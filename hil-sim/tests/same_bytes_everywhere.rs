@@ -6,8 +6,8 @@ mod rig;
 use std::path::PathBuf;
 use std::process::Command;
 
+use rig::builds::other_build;
 use rig::{Rig, finish};
-use serde_json::Value;
 
 /// Short runs and the hashes of their frames. Whoever changes the behaviour on
 /// purpose puts in the hashes that the failing test prints and says so in the
@@ -78,18 +78,4 @@ fn hash(program: &PathBuf, overrides: &[&str]) -> String {
     finish(command.current_dir(rig.path("."))).expect_status(0);
     let summary = rig.summary("runs");
     summary["frames_blake3"].as_str().expect("a hash").to_owned()
-}
-
-/// The program built with the profile that this test was not built with. The
-/// command is that of `scripts/test`, so where everything is up to date cargo
-/// only says where it lies.
-fn other_build() -> PathBuf {
-    let profile = if cfg!(debug_assertions) { "release" } else { "dev" };
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--workspace", "--locked", "--profile", profile, "--message-format=json-render-diagnostics"]);
-    let built = finish(cargo.current_dir(env!("CARGO_MANIFEST_DIR"))).expect_status(0);
-    let messages = built.stdout.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    let mut programs = messages.filter(|message| message["target"]["name"] == "hil-sim");
-    let path = programs.find_map(|message| message["executable"].as_str().map(PathBuf::from));
-    path.unwrap_or_else(|| panic!("cargo built no program:\n{}", built.stdout))
 }

@@ -12,7 +12,7 @@ fn every_shipped_scenario_holds_what_it_expects() {
     let rig = Rig::new();
     let list = rig.hil_sim(&["run", "--list"]).expect_status(0).stdout;
     let names: Vec<&str> = list.lines().collect();
-    assert!(names.len() >= 12, "only {names:?}");
+    assert!(names.len() >= 40, "only {names:?}");
     let mut arguments = vec!["run", "--no-log"];
     arguments.extend(&names);
     rig.hil_sim(&arguments).expect_status(0);

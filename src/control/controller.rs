@@ -69,6 +69,12 @@ impl Controller {
         self.law.reset();
     }
 
+    /// Leads along another path, from its beginning.
+    pub fn follow(&mut self, path: Path) {
+        self.guidance.follow(path);
+        self.law.reset();
+    }
+
     /// The path at this tick.
     pub fn reference(&self) -> &Reference {
         self.guidance.reference()

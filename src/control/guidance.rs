@@ -86,6 +86,12 @@ impl Guidance {
         self.ahead = [0.0, 1.0, 2.0].map(|ticks| self.path.at(ticks * self.period_s));
     }
 
+    /// Leads along another path, from its beginning.
+    pub fn follow(&mut self, path: Path) {
+        self.path = path;
+        self.reset();
+    }
+
     /// The path at this tick.
     pub fn reference(&self) -> &Reference {
         &self.ahead[0]

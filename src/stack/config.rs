@@ -68,6 +68,7 @@ impl RobotFile {
         robot.pass_over("friction");
         let bus = root.section("bus");
         bus.pass_over("link");
+        bus.pass_over("data_bitrate_bit_s");
         let bit_rate_bit_s = bus.has("bitrate_bit_s").then(|| read_bit_rate(&bus));
         SIMULATION_ONLY.iter().for_each(|key| root.pass_over(key));
         Ok(Self { stack: reader.finish(stack)?, bit_rate_bit_s, text: document.resolved() })

@@ -37,12 +37,8 @@ pub struct Mobility {
 }
 
 impl Dynamics {
-    /// The dynamics of this robot.
+    /// The dynamics of this robot with both wheels on the floor.
     pub fn new(robot: &Robot, friction: Wheels<Friction>) -> Self {
-        let mass = robot.mass_matrix();
-        let determinant = mass.m11 * mass.m22 - mass.m12 * mass.m12;
-        let free =
-            Mobility { right: mass.m22 / determinant, cross: -mass.m12 / determinant, left: mass.m11 / determinant };
         let velocity_gain = match robot.model {
             Model::Paper => 0.0,
             Model::RigidBody => {
@@ -50,11 +46,58 @@ impl Dynamics {
                 robot.total_mass_kg() * robot.cog_ahead_m() * ratio * ratio * robot.wheel_radius_m
             }
         };
+        Self::with_mass(robot.mass_matrix(), velocity_gain, friction)
+    }
+
+    /// What is left of it on the floor with some wheels `lifted`. Their side
+    /// rolls on without them: it has neither their inertia nor their friction.
+    pub fn on_the_floor(robot: &Robot, friction: Wheels<Friction>, lifted: Wheels<bool>) -> Self {
+        let grounded =
+            friction.zip_with(lifted, |friction, is_lifted| if is_lifted { Friction::default() } else { friction });
+        let whole = Self::new(robot, grounded);
+        let turning_kg_m2 = lifted.map(|is_lifted| if is_lifted { robot.turning_inertia_kg_m2() } else { 0.0 });
+        let mut mass = whole.mass;
+        mass.m11 -= turning_kg_m2.right;
+        mass.m22 -= turning_kg_m2.left;
+        Self::with_mass(mass, whole.velocity_gain, grounded)
+    }
+
+    /// Wheels in the air: each turns by itself.
+    pub fn in_the_air(robot: &Robot, friction: Wheels<Friction>) -> Self {
+        let turning_kg_m2 = robot.turning_inertia_kg_m2();
+        Self::with_mass(MassMatrix { m11: turning_kg_m2, m12: 0.0, m22: turning_kg_m2 }, 0.0, friction)
+    }
+
+    fn with_mass(mass: MassMatrix, velocity_gain: f64, friction: Wheels<Friction>) -> Self {
+        let determinant = mass.m11 * mass.m22 - mass.m12 * mass.m12;
+        let free =
+            Mobility { right: mass.m22 / determinant, cross: -mass.m12 / determinant, left: mass.m11 / determinant };
         let mobility = Wheels { right: free.right, left: free.left };
         let friction = friction.zip_with(mobility, softened);
         let stribeck_travel =
             friction.map(|friction| libm::pow(2880.0 * friction.stribeck_s_per_rad * STRIBECK_ERROR_RAD_S, 0.2));
         Self { mass, free, velocity_gain, friction, stribeck_travel }
+    }
+
+    /// The speeds, rad/s, after a lifted `wheel` that turns at `landing_rad_s`
+    /// has come down while the floor's side of it all moves at `speed_rad_s`:
+    /// from then on they are one, with the momentum of both.
+    pub fn after_landing(
+        &self,
+        wheel: Wheel,
+        landing_rad_s: f64,
+        speed_rad_s: Wheels<f64>,
+        robot: &Robot,
+    ) -> Wheels<f64> {
+        let turning_kg_m2 = robot.turning_inertia_kg_m2();
+        let mut momentum = self.mass.times(speed_rad_s);
+        momentum[wheel] += turning_kg_m2 * landing_rad_s;
+        let mut mass = self.mass;
+        match wheel {
+            Wheel::Right => mass.m11 += turning_kg_m2,
+            Wheel::Left => mass.m22 += turning_kg_m2,
+        }
+        mass.solve(momentum)
     }
 
     /// Each wheel's friction.

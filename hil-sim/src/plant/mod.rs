@@ -10,31 +10,33 @@ mod dynamics;
 mod event;
 mod friction;
 mod grip;
+mod lift;
 mod limit;
 mod stretch;
 mod torque;
+mod turning;
 
 use canloop::robot::{Load, Pose, Robot};
 use canloop::wheels::Wheels;
 
 use course::Course;
 use dynamics::Dynamics;
-use stretch::{Step, Stretch};
+use lift::Lift;
+use turning::Turning;
 
 pub use friction::Friction;
 pub use torque::Torque;
-
-/// A wheel turns no faster than this, rad/s, whatever the torque: it keeps
-/// absurd input within finite numbers.
-const FASTEST_RAD_S: f64 = 1e5;
 
 /// The robot on the floor, with motors that give torque.
 #[derive(Clone, Debug)]
 pub struct Plant {
     robot: Robot,
-    /// Of the wheels themselves; `dynamics` has what the floor makes of it.
+    /// In the wheels' bearings and gears.
     friction: Wheels<Friction>,
-    dynamics: Dynamics,
+    /// How wheels on the floor turn, and the robot with them.
+    floor: Turning,
+    /// How wheels off the floor turn.
+    lift: Lift,
     course: Course,
     /// What pushes the robot, as torque at the wheels, N m.
     pushed_nm: Wheels<f64>,
@@ -60,7 +62,8 @@ impl Plant {
         Self {
             robot,
             friction,
-            dynamics: Dynamics::new(&robot, friction),
+            floor: Turning::new(Dynamics::new(&robot, friction)),
+            lift: Lift::none(&robot, friction),
             pushed_nm: Wheels::default(),
             course: Course::new(&robot, start),
             state: State { pose: start, ..State::default() },
@@ -77,28 +80,37 @@ impl Plant {
     /// Moves on by `span_s` seconds, however many, under this torque, which
     /// must be finite. Nothing happens for zero or less.
     pub fn advance(&mut self, span_s: f64, torque: Wheels<Torque>) {
-        let mut torque = torque.zip_with(self.pushed_nm, |torque, pushed_nm| torque.raised_by(pushed_nm));
-        let mut left_s = span_s;
-        while left_s > 0.0 {
-            let step_s = self.step(left_s, torque);
-            left_s -= step_s;
-            if left_s > 0.0 {
-                torque = torque.map(|torque| torque.after(step_s));
-            }
+        let Self { floor, lift, course, .. } = self;
+        let on_floor = lift.advance(span_s, torque, self.refinement, course);
+        let pushed = on_floor.zip_with(self.pushed_nm, |torque, pushed_nm| torque.raised_by(pushed_nm));
+        if !lift.lifted().all(|&is_lifted| is_lifted) {
+            floor.advance(span_s, pushed, self.refinement, course);
         }
+        let (angle_rad, speed_rad_s) = lift.seen(floor);
+        self.state = State { angle_rad, speed_rad_s, pose: course.pose() };
     }
 
     /// Another load, or the same one elsewhere, from now on. The wheels go on
     /// at the speed that they have.
     pub fn set_load(&mut self, load: Load) {
         self.robot.load = load;
-        self.dynamics = Dynamics::new(&self.robot, self.friction);
+        self.floor.dynamics = self.lift.refit(&self.robot, self.friction);
     }
 
     /// Other friction from now on.
     pub fn set_friction(&mut self, friction: Wheels<Friction>) {
         self.friction = friction;
-        self.dynamics = Dynamics::new(&self.robot, friction);
+        self.floor.dynamics = self.lift.refit(&self.robot, friction);
+    }
+
+    /// These wheels are off the floor from now on, the others on it, where one
+    /// that comes down grips at once. The robot rolls on over the wheel that it
+    /// has left; with none it stands on something else, at rest.
+    pub fn lift(&mut self, lifted: Wheels<bool>) {
+        if lifted != self.lift.lifted() {
+            self.lift.change(lifted, &self.robot, self.friction, &mut self.floor);
+            (self.state.angle_rad, self.state.speed_rad_s) = self.lift.seen(&self.floor);
+        }
     }
 
     /// The friction of the wheels.
@@ -127,44 +139,22 @@ impl Plant {
         &self.state
     }
 
-    /// Wheel acceleration, rad/s^2, just now under this torque, N m; zero for
-    /// a wheel that sticks.
+    /// Acceleration, rad/s^2, of wheels on the floor just now under this torque,
+    /// N m; zero for a wheel that sticks.
     pub fn acceleration(&self, torque_nm: Wheels<f64>) -> Wheels<f64> {
-        let speed = self.state.speed_rad_s;
-        let grip = self.dynamics.grip(speed, torque_nm);
-        self.dynamics.mobility(grip).times(self.dynamics.net_nm(grip, speed, torque_nm))
+        let Turning { dynamics, speed_rad_s, .. } = &self.floor;
+        let grip = dynamics.grip(*speed_rad_s, torque_nm);
+        dynamics.mobility(grip).times(dynamics.net_nm(grip, *speed_rad_s, torque_nm))
     }
 
     /// Which wheels are at rest with dry friction holding them.
     pub fn is_stuck(&self) -> Wheels<bool> {
-        self.state.speed_rad_s.zip_with(*self.dynamics.friction(), |speed, friction| speed == 0.0 && friction.is_dry())
+        self.state.speed_rad_s.zip_with(self.friction, |speed, friction| speed == 0.0 && friction.is_dry())
     }
 
     /// Gives the wheels these speeds, rad/s, at once, as a start for tests.
     pub fn set_speed(&mut self, speed_rad_s: Wheels<f64>) {
+        self.floor.speed_rad_s = speed_rad_s;
         self.state.speed_rad_s = speed_rad_s;
-    }
-
-    /// One step, no longer than `left_s` and not beyond the instant at which
-    /// a wheel comes to rest or breaks loose. Returns its length, s.
-    fn step(&mut self, left_s: f64, torque: Wheels<Torque>) -> f64 {
-        let speed = self.state.speed_rad_s;
-        let grip = self.dynamics.grip(speed, torque.map(|torque| torque.now_nm()));
-        let stretch = Stretch::new(&self.dynamics, grip, speed, torque);
-        let step = stretch.step(stretch.step_limit(left_s, self.refinement, &self.course));
-        let step = stretch.lasting(step);
-        self.commit(&step);
-        step.span_s
-    }
-
-    fn commit(&mut self, step: &Step) {
-        let none = Wheels::default();
-        if self.state.speed_rad_s == none && step.speed == none && step.turned == none {
-            return;
-        }
-        self.state.angle_rad = self.state.angle_rad + step.turned;
-        self.state.speed_rad_s = step.speed.map(|speed| speed.clamp(-FASTEST_RAD_S, FASTEST_RAD_S));
-        self.course.follow(step, self.state.angle_rad);
-        self.state.pose = self.course.pose();
     }
 }

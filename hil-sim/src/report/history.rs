@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 
-use canloop::bus::frame_bits;
 use canloop::event::{BusFrame, Event, Mark, Sink, Tick, Truth};
 use canloop::frame::CanId;
 use canloop::robot::Pose;
@@ -12,12 +11,13 @@ use canloop::wheels::Wheels;
 
 use super::curve::Curve;
 use crate::scenario::{Link, Scenario};
+use crate::wire::BitRates;
 
 /// A run, thinned to what a picture can show.
 #[derive(Clone, Debug)]
 pub struct History {
     period_s: f64,
-    bitrate_bit_s: f64,
+    rates: BitRates,
     profile: Profile,
     /// Where the robot was, and where the path wanted it.
     pub(super) track: Vec<(Pose, Pose)>,
@@ -78,9 +78,12 @@ impl History {
         let period_s = scenario.period_s();
         Self {
             period_s,
-            bitrate_bit_s: match scenario.link {
-                Link::Can { bitrate_bit_s } => f64::from(bitrate_bit_s),
-                Link::Ideal => f64::INFINITY,
+            rates: BitRates {
+                nominal_bit_s: match scenario.link {
+                    Link::Can { bitrate_bit_s } => bitrate_bit_s,
+                    Link::Ideal => u32::MAX,
+                },
+                data_bit_s: scenario.data_bitrate_bit_s,
             },
             profile: scenario.stack.profile.clone(),
             track: Vec::new(),
@@ -104,7 +107,7 @@ impl History {
         let step = |(nth, bits): (usize, &u64)| {
             let from_s = nth as f64 * self.load_stretch_s;
             let until_s = (from_s + self.load_stretch_s).min(self.last_s);
-            let percent = 100.0 * *bits as f64 / self.bitrate_bit_s / (until_s - from_s);
+            let percent = 100.0 * *bits as f64 / f64::from(self.rates.nominal_bit_s) / (until_s - from_s);
             // A last stretch that hardly began says nothing.
             (until_s - from_s > 0.5 * self.load_stretch_s).then_some([(from_s, percent), (until_s, percent)])
         };
@@ -145,7 +148,9 @@ impl History {
         let seen = &mut self.messages[nth];
         let looks = at_s >= seen.next_look_s;
         if looks {
-            (seen.bits, seen.next_look_s) = (frame_bits(&crossed.frame), at_s + LOOK_S);
+            let span_s = self.rates.frame(&crossed.frame).as_secs_f64();
+            let bits = (span_s * f64::from(self.rates.nominal_bit_s)).round() as u32;
+            (seen.bits, seen.next_look_s) = (bits, at_s + LOOK_S);
         }
         let bits = u64::from(seen.bits);
         self.take_bits(at_s, bits);

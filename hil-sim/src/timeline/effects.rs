@@ -23,6 +23,7 @@ struct Laid {
     force_n: f64,
     moment_nm: f64,
     clock_drift: f64,
+    lifted: Wheels<bool>,
     trouble: Wheels<Trouble>,
 }
 
@@ -32,16 +33,13 @@ const GRAVITY_M_S2: f64 = 9.806_65;
 impl Effects {
     pub fn of(robot: &VirtualRobot) -> Self {
         let (load, friction) = (robot.plant().robot().load, *robot.plant().friction());
-        let trouble = Wheels::both(Trouble::NONE);
-        Self { load, friction, last: Laid { load, friction, force_n: 0.0, moment_nm: 0.0, clock_drift: 0.0, trouble } }
+        Self { load, friction, last: Laid::nothing(load, friction) }
     }
 
     /// Lays all that is going on over the robot; each with the encoder counts
     /// at its beginning.
     pub fn lay<'w>(&mut self, going_on: impl Iterator<Item = (&'w What, Wheels<i64>)>, robot: &mut VirtualRobot) {
-        let trouble = Wheels::both(Trouble::NONE);
-        let mut laid =
-            Laid { load: self.load, friction: self.friction, force_n: 0.0, moment_nm: 0.0, clock_drift: 0.0, trouble };
+        let mut laid = Laid::nothing(self.load, self.friction);
         for (what, counts) in going_on {
             laid.add(what, counts, robot);
         }
@@ -52,6 +50,7 @@ impl Effects {
         if laid.friction != last.friction {
             robot.plant_mut().set_friction(laid.friction);
         }
+        robot.plant_mut().lift(laid.lifted);
         robot.plant_mut().push(laid.force_n, laid.moment_nm);
         robot.set_clock_drift(laid.clock_drift);
         for wheel in Wheel::BOTH.into_iter().filter(|&wheel| laid.trouble[wheel] != last.trouble[wheel]) {
@@ -61,12 +60,18 @@ impl Effects {
 }
 
 impl Laid {
+    fn nothing(load: Load, friction: Wheels<Friction>) -> Self {
+        let (lifted, trouble) = (Wheels::default(), Wheels::both(Trouble::NONE));
+        Self { load, friction, force_n: 0.0, moment_nm: 0.0, clock_drift: 0.0, lifted, trouble }
+    }
+
     fn add(&mut self, what: &What, counts: Wheels<i64>, robot: &VirtualRobot) {
         let trouble = |wheels: Wheels<bool>, troubles: &mut Wheels<Trouble>, get: &dyn Fn(&mut Trouble, Wheel)| {
             Wheel::BOTH.into_iter().filter(|&wheel| wheels[wheel]).for_each(|wheel| get(&mut troubles[wheel], wheel));
         };
         match *what {
-            What::Operator(_) | What::Bus(_) | What::DriveFault(..) | What::BrownOut(_) => {}
+            What::Operator(_) | What::NewPath(_) | What::Bus(_) => {}
+            What::DriveFault(..) | What::BrownOut(_) | What::ClockPhase(_) => {}
             What::ClockDrift(drift) => self.clock_drift += drift,
             What::PowerLoss(wheels) => trouble(wheels, &mut self.trouble, &|it, _| it.is_powered = false),
             What::TorqueLimit(wheels, limit_nm) => {
@@ -85,6 +90,7 @@ impl Laid {
                 trouble(wheels, &mut self.trouble, &|it, _| it.encoder_is_reversed ^= true);
             }
             What::FeedbackDropout(wheels) => trouble(wheels, &mut self.trouble, &|it, _| it.is_mute = true),
+            What::WheelLift(wheels) => self.lifted = self.lifted.zip_with(wheels, |one, other| one || other),
             What::Load(load) => self.load = load,
             What::Friction(wheels, factor, region) => {
                 let (body, plant) = (&robot.state().pose, robot.plant().robot());

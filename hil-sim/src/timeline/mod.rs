@@ -6,12 +6,14 @@
 //! What happens once, such as a fault, happens when its event begins.
 
 mod condition;
+mod contradiction;
 mod effects;
 mod read;
 mod read_bus;
 mod what;
 
 use canloop::event::Mark;
+use canloop::path::Path;
 use canloop::safety::Operator;
 use canloop::time::Instant;
 use canloop::wheels::Wheels;
@@ -78,12 +80,18 @@ struct Entry {
     counts: Wheels<i64>,
     /// What it does to the bus, while it is going on.
     fault: Option<FaultId>,
+    /// The row of chance for its next beginning.
+    row: u64,
 }
 
 impl Timeline {
     /// The events that are `planned` for `robot`, which is as it is without them.
     pub fn new(planned: &[Planned], robot: &VirtualRobot) -> Self {
-        Self { entries: planned.iter().cloned().map(Entry::new).collect(), effects: Effects::of(robot) }
+        let entry = |(nth, event): (usize, &Planned)| {
+            let namesakes = planned[..nth].iter().filter(|other| other.name == event.name).count();
+            Entry::new(event.clone(), row_of_chance(&event.name, namesakes))
+        };
+        Self { entries: planned.iter().enumerate().map(entry).collect(), effects: Effects::of(robot) }
     }
 
     /// Whether nothing will ever happen.
@@ -109,7 +117,9 @@ impl Timeline {
                 mark(true);
                 entry.planned.what.begin(stage.robot);
                 entry.counts = stage.robot.encoder_counts();
-                entry.fault = entry.planned.what.bus_fault().map(|fault| stage.wire.begin(stage.now, fault));
+                let fault = entry.planned.what.bus_fault();
+                entry.fault = fault.map(|fault| stage.wire.begin_in_row(stage.now, fault, entry.row));
+                entry.row = entry.row.wrapping_add(1);
             }
         }
         let going_on = self.entries.iter().filter(|entry| entry.until_s.is_some());
@@ -119,6 +129,14 @@ impl Timeline {
 }
 
 impl Planned {
+    /// The path that the operator wants followed then, if there is one.
+    pub const fn new_path(&self) -> Option<&Path> {
+        match &self.what {
+            What::NewPath(path) => Some(path),
+            _ => None,
+        }
+    }
+
     /// What the operator wants then, if it is he who acts.
     pub const fn operator(&self) -> Option<Operator> {
         match self.what {
@@ -132,8 +150,8 @@ impl Planned {
 const CLOSE_S: f64 = 1e-9;
 
 impl Entry {
-    fn new(planned: Planned) -> Self {
-        Self { next: Some(planned.start), planned, until_s: None, counts: Wheels::default(), fault: None }
+    fn new(planned: Planned, row: u64) -> Self {
+        Self { next: Some(planned.start), planned, until_s: None, counts: Wheels::default(), fault: None, row }
     }
 
     fn ends(&mut self, t_s: f64) -> bool {
@@ -152,6 +170,14 @@ impl Entry {
     }
 }
 
+/// Where the chance of an event begins: by its name, so that another event in
+/// the scenario changes nothing for this one. FNV-1a of 64 bits.
+fn row_of_chance(name: &str, namesakes: usize) -> u64 {
+    let mixed = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01B3);
+    let row = name.as_bytes().iter().fold(0xCBF2_9CE4_8422_2325, mixed);
+    row.wrapping_add((namesakes as u64) << 32)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -159,7 +185,7 @@ mod tests {
     /// Periods of 0.1 s in which it begins and ends, of the first twenty.
     fn times(start: Start, lasts_s: Option<f64>, every_s: Option<f64>) -> (Vec<u32>, Vec<u32>) {
         let what = What::Operator(Operator::Stop);
-        let mut entry = Entry::new(Planned { name: "it".to_owned(), start, lasts_s, every_s, what });
+        let mut entry = Entry::new(Planned { name: "it".to_owned(), start, lasts_s, every_s, what }, 0);
         let (mut begins, mut ends) = (Vec::new(), Vec::new());
         for tick in 0..20 {
             let mut state = State::default();

@@ -1,32 +1,37 @@
 //! `[[event]]` tables.
 
 use canloop::config::{Bound, Section};
+use canloop::path::Path;
 use canloop::robot::{Load, Robot};
 use canloop::safety::Operator;
 use canloop::schema::{Dbc, FaultCode};
 use canloop::wheels::Wheels;
 
 use super::condition::Condition;
+use super::contradiction;
 use super::read_bus;
 use super::what::{Region, What};
 use super::{Planned, Start};
 
 /// The word for each kind, and how the rest of its table is read.
-const KINDS: [(&str, Read); 18] = [
+const KINDS: [(&str, Read); 21] = [
     ("stop", |_, _| What::Operator(Operator::Stop)),
     ("emergency-stop", |_, _| What::Operator(Operator::EmergencyStop)),
     ("reset", |_, _| What::Operator(Operator::Reset)),
     ("enable", |_, _| What::Operator(Operator::Enable)),
+    ("new-path", |event, _| What::NewPath(Path::read(&event.section("path")))),
     ("power-loss", |event, _| What::PowerLoss(wheels(event))),
     ("drive-fault", |event, _| What::DriveFault(wheels(event), event.choice("fault", &FAULTS, true))),
     ("torque-limit", |event, _| What::TorqueLimit(wheels(event), event.number("limit_nm", Bound::Within(0.0, 1e6)))),
     ("torque-sensor", |event, _| What::TorqueSensor(wheels(event), event.number("gain", Bound::Within(-10.0, 10.0)))),
     ("brown-out", |event, _| What::BrownOut(event.number("above_nm", Bound::Within(0.0, 1e6)))),
     ("clock-drift", |event, _| What::ClockDrift(event.number("drift", Bound::Within(-0.9, 9.0)))),
+    ("clock-phase", |event, _| What::ClockPhase(event.number("by_s", Bound::Within(1e-6, 1e3)))),
     ("encoder-stuck", |event, _| What::EncoderStuck(wheels(event))),
     ("encoder-jump", |event, _| What::EncoderJump(wheels(event), event.number("jump_rad", Bound::Within(-1e3, 1e3)))),
     ("encoder-reversed", |event, _| What::EncoderReversed(wheels(event))),
     ("feedback-dropout", |event, _| What::FeedbackDropout(wheels(event))),
+    ("wheel-lift", |event, robot| What::WheelLift(lifted(event, robot))),
     ("load", |event, robot| What::Load(load(event, robot))),
     ("friction", |event, _| What::Friction(wheels(event), factor(event), region(event))),
     ("push", |event, _| push(event)),
@@ -54,10 +59,22 @@ const FAULTS: [(&str, FaultCode); 9] = [
     ("other", FaultCode::Other),
 ];
 
-/// Reads all events of a scenario with this robot and these messages. What is wrong is
-/// reported to the section's reader.
-pub fn read_events(root: &Section<'_>, robot: &Robot, dbc: &Dbc) -> Vec<Planned> {
-    root.sections("event").iter().map(|event| read_event(event, robot, dbc)).collect()
+/// Reads all events of a scenario of so many seconds with this robot and these
+/// messages. What is wrong is reported to the section's reader.
+pub fn read_events(root: &Section<'_>, robot: &Robot, dbc: &Dbc, duration_s: f64) -> Vec<Planned> {
+    let sections = root.sections("event");
+    let planned: Vec<Planned> = sections.iter().map(|event| read_event(event, robot, dbc)).collect();
+    for (nth, (section, event)) in sections.iter().zip(&planned).enumerate() {
+        if let Some(label) = planned[..nth].iter().find_map(|earlier| contradiction::between(earlier, event)) {
+            section.complain("at_s", &label);
+        }
+        // A run that somebody makes shorter than its file says goes without.
+        let comes_too_late = matches!(event.start, Start::At(at_s) if at_s > duration_s);
+        if comes_too_late && !section.is_overlaid_by(root, "duration_s") {
+            section.complain("at_s", &format!("found a moment after the end, expected one until {duration_s} s"));
+        }
+    }
+    planned
 }
 
 fn read_event(event: &Section<'_>, robot: &Robot, dbc: &Dbc) -> Planned {
@@ -125,6 +142,14 @@ fn wheels(event: &Section<'_>) -> Wheels<bool> {
         ("left", Wheels { right: false, left: true }),
     ];
     event.choice("wheel", &words, false)
+}
+
+/// A wheel without inertia would be infinitely fast in the air.
+fn lifted(event: &Section<'_>, robot: &Robot) -> Wheels<bool> {
+    if robot.turning_inertia_kg_m2() == 0.0 {
+        event.complain("kind", "found wheels without inertia, expected `robot.wheel_inertia_kg_m2` above 0");
+    }
+    wheels(event)
 }
 
 /// The robot's load, as far as the event does not say otherwise.

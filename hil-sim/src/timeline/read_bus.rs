@@ -1,7 +1,7 @@
 //! `[[event]]` tables of what goes wrong on the bus.
 
 use canloop::config::{Bound, Section, nearest};
-use canloop::frame::{CanId, Frame};
+use canloop::frame::{CanId, Frame, FrameKind};
 use canloop::schema::Dbc;
 use canloop::time::Duration;
 
@@ -67,9 +67,22 @@ fn message_id(event: &Section<'_>, dbc: &Dbc, name: &str) -> Option<CanId> {
 
 /// Somebody sends a frame with this id, every so often or without pause.
 fn babble(event: &Section<'_>, _: &Dbc) -> Fault {
+    let kinds = [("classic", FrameKind::Classic), ("fd", FrameKind::Fd), ("fd-brs", FrameKind::FdBitRateSwitch)];
+    let kind = event.choice("frame", &kinds, false);
+    let bytes = event.integer_or("bytes", 8, 0, if kind == FrameKind::Classic { 8 } else { 64 });
+    if !is_length_of_a_frame(bytes as usize) {
+        event.complain("bytes", &format!("found {bytes}, expected up to 8, 12, 16, 20, 24, 32, 48 or 64"));
+    }
     let id = event.integer("id", 0, MOST_ID) as u16;
     let period = event.has("period_s").then(|| seconds(event, "period_s"));
-    Fault::Babble(Frame::classic(CanId::Standard(id), &[0; 8]), period)
+    let mut frame = Frame::zeroed(CanId::Standard(id), bytes as usize);
+    frame.kind = kind;
+    Fault::Babble(frame, period)
+}
+
+/// ISO 11898-1:2015, table 5.
+const fn is_length_of_a_frame(bytes: usize) -> bool {
+    matches!(bytes, 0..=8 | 12 | 16 | 20 | 24 | 32 | 48 | 64)
 }
 
 fn bursty_loss(event: &Section<'_>) -> BurstyLoss {

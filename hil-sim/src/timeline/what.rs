@@ -1,18 +1,22 @@
 //! The kinds of events.
 
+use canloop::path::Path;
 use canloop::robot::Load;
 use canloop::safety::Operator;
 use canloop::schema::FaultCode;
+use canloop::time::Duration;
 use canloop::wheels::{Wheel, Wheels};
 
 use crate::virtual_robot::VirtualRobot;
 use crate::wire::Fault;
 
 /// What happens. `Wheels<bool>` says to which drives.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum What {
     /// The operator wants something.
     Operator(Operator),
+    /// The operator wants the robot to follow another path.
+    NewPath(Path),
     /// Something is wrong with the bus.
     Bus(Fault),
     /// No power; when it is back, the drive boots.
@@ -33,8 +37,12 @@ pub enum What {
     BrownOut(f64),
     /// The drives' own clocks run so many times too slow.
     ClockDrift(f64),
+    /// What the drives do by their own clocks comes so much later, s.
+    ClockPhase(f64),
     /// Feedback stays out.
     FeedbackDropout(Wheels<bool>),
+    /// Wheels off the floor.
+    WheelLift(Wheels<bool>),
     /// Another load.
     Load(Load),
     /// Friction is so many times what it is, everywhere or in a region.
@@ -66,7 +74,7 @@ pub struct Region {
 
 impl What {
     /// What it does to the bus while it goes on, if it does.
-    pub(super) const fn bus_fault(&self) -> Option<Fault> {
+    pub const fn bus_fault(&self) -> Option<Fault> {
         match *self {
             Self::Bus(fault) => Some(fault),
             _ => None,
@@ -75,8 +83,15 @@ impl What {
 
     /// What happens once, when it begins.
     pub(super) fn begin(&self, robot: &mut VirtualRobot) {
-        if let Self::DriveFault(wheels, fault) = *self {
-            Wheel::BOTH.into_iter().filter(|&wheel| wheels[wheel]).for_each(|wheel| robot.raise_fault(wheel, fault));
+        match *self {
+            Self::DriveFault(wheels, fault) => {
+                Wheel::BOTH
+                    .into_iter()
+                    .filter(|&wheel| wheels[wheel])
+                    .for_each(|wheel| robot.raise_fault(wheel, fault));
+            }
+            Self::ClockPhase(by_s) => robot.set_back_clock(Duration::from_secs_f64(by_s)),
+            _ => {}
         }
     }
 

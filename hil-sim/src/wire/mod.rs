@@ -78,6 +78,8 @@ pub struct WireStats {
     pub error_frames: u64,
     /// Frames that faults took, or that were thrown away off the bus.
     pub discarded: u64,
+    /// What stack, right and left drive can tell of themselves.
+    pub nodes: [NodeStats; 3],
 }
 
 /// A frame that has crossed.
@@ -171,11 +173,21 @@ impl Wire {
         self.finish(over)
     }
 
-    /// Lets a fault begin.
+    /// Lets a fault begin. Its chance is that of its number.
     pub fn begin(&mut self, now: Instant, fault: Fault) -> FaultId {
+        self.begin_fault(now, fault, None)
+    }
+
+    /// Lets a fault begin whose chance is this row of it, whatever other faults
+    /// there are.
+    pub fn begin_in_row(&mut self, now: Instant, fault: Fault, row: u64) -> FaultId {
+        self.begin_fault(now, fault, Some(row))
+    }
+
+    fn begin_fault(&mut self, now: Instant, fault: Fault, row: Option<u64>) -> FaultId {
         self.now = self.now.max(now);
         self.is_quiet = false;
-        let id = self.faults.begin(self.now, fault);
+        let id = self.faults.begin(self.now, fault, row);
         self.take_up(&fault, true);
         id
     }
@@ -206,13 +218,18 @@ impl Wire {
     }
 
     /// What has crossed so far.
-    pub const fn stats(&self) -> &WireStats {
-        &self.stats
+    pub fn stats(&self) -> WireStats {
+        WireStats { nodes: [Node::Stack, Node::Right, Node::Left].map(|node| self.node_stats(node)), ..self.stats }
     }
 
     /// What a node can tell of itself.
-    pub const fn node_stats(&self, node: Node) -> &NodeStats {
-        &self.stations[node as usize].stats
+    pub const fn node_stats(&self, node: Node) -> NodeStats {
+        let Station { stats, confinement, .. } = &self.stations[node as usize];
+        NodeStats {
+            transmit_errors: confinement.transmit_errors(),
+            receive_errors: confinement.receive_errors(),
+            ..*stats
+        }
     }
 
     /// A node's error counters and state.

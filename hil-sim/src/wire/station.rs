@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 use canloop::bus::ControllerState;
 use canloop::frame::Frame;
 use canloop::time::{Duration, Instant};
+use serde::Serialize;
 
 use super::confinement::Confinement;
 
@@ -35,7 +36,7 @@ pub(super) struct Queued {
 }
 
 /// What a node can tell of itself.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct NodeStats {
     /// Frames that others received.
     pub sent: u64,
@@ -49,6 +50,10 @@ pub struct NodeStats {
     pub discarded: u64,
     /// How often it went off the bus.
     pub bus_off: u64,
+    /// Its transmit error counter.
+    pub transmit_errors: u16,
+    /// Its receive error counter.
+    pub receive_errors: u16,
 }
 
 /// How a node comes back that went off the bus.

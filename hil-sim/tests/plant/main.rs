@@ -3,6 +3,7 @@
 
 mod accuracy;
 mod energy;
+mod lifted_wheel;
 mod oracle;
 mod paper;
 mod sticking;
