@@ -1,6 +1,7 @@
 //! Everything that can be observed of a run, as one typed list. Log, summary,
 //! report and expectations read these events and nothing else.
 
+use crate::exchange::Exchange;
 use crate::frame::Frame;
 use crate::robot::{Pose, Twist};
 use crate::time::Instant;
@@ -24,12 +25,20 @@ pub enum Event {
     Notice(Notice),
     /// Something that a scenario planned began or ended.
     Mark(Mark),
+    /// Something went into the stack or came out of it: told where somebody
+    /// wants to replay it.
+    Exchange(Exchange),
 }
 
 /// A reader of events.
 pub trait Sink {
     /// Takes one event. Times never decrease from call to call.
     fn event(&mut self, at: Instant, event: &Event);
+
+    /// Whether it has a use for [`Event::Exchange`].
+    fn wants_exchange(&self) -> bool {
+        false
+    }
 }
 
 /// A frame as seen on a bus.

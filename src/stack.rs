@@ -18,6 +18,7 @@ use std::collections::VecDeque;
 use crate::control::{Controller, Decision, Measured, Sampling};
 use crate::estimator::{Estimator, Sample};
 use crate::event::{Event, Notice, SyncEvent, Tick};
+use crate::exchange::Exchange;
 use crate::frame::Frame;
 use crate::odometry::Odometry;
 use crate::path::Path;
@@ -85,6 +86,8 @@ pub struct Stack {
     decision: Decision,
     frames: VecDeque<Frame>,
     events: VecDeque<Event>,
+    /// Whether to tell what goes in and comes out.
+    tells_exchange: bool,
 }
 
 /// Odd frames of which notice is given in a period: somebody may send them as
@@ -124,14 +127,26 @@ impl Stack {
             decision: Decision::default(),
             // A period makes a handful of frames and of events.
             frames: VecDeque::with_capacity(64),
-            events: VecDeque::with_capacity(16),
+            events: VecDeque::with_capacity(32),
+            tells_exchange: false,
         }
+    }
+
+    /// From now on all that goes in and comes out is told as
+    /// [`Event::Exchange`]. To be asked for before anything else happens.
+    pub fn tell_exchange(&mut self) {
+        self.tells_exchange = true;
+        self.told_exchange(Exchange::Begin(self.next_sync));
     }
 
     /// Takes a frame that arrived at `at`. Those of others on the bus are
     /// ignored; so are corrupt ones, which is noted.
     pub fn handle_frame(&mut self, at: Instant, frame: &Frame) {
-        match self.profile.decode(frame) {
+        let decoded = self.profile.decode(frame);
+        if decoded != Err(DecodeError::UnknownId) {
+            self.told_exchange(Exchange::Frame(at, *frame));
+        }
+        match decoded {
             Ok(message) => {
                 self.take(at, message);
                 if let Some(other) = self.profile.decode_other(frame) {
@@ -153,6 +168,7 @@ impl Stack {
     /// allows trips a stack in motion; periods that were missed are not made
     /// up for.
     pub fn handle_wakeup(&mut self, at: Instant) {
+        self.told_exchange(Exchange::Wakeup(at));
         if at < self.next_sync {
             return;
         }
@@ -181,13 +197,16 @@ impl Stack {
 
     /// Takes an operator's wish.
     pub fn operate(&mut self, wish: Operator) {
+        self.told_exchange(Exchange::Operate(wish));
         self.chain.operate(wish);
         self.tell_state();
     }
 
     /// Takes another path for the robot to follow, from the next time on that
-    /// it is enabled: a robot in motion stops first.
-    pub fn follow(&mut self, path: Path) {
+    /// it is enabled: a robot in motion stops first. A replay finds it by the
+    /// number of its event in the scenario.
+    pub fn follow(&mut self, path: Path, event: u16) {
+        self.told_exchange(Exchange::Follow(event));
         self.next_path = Some(path);
         self.notice("new-path", "there is a new path, for the next time that the robot is enabled");
         self.chain.operate(Operator::Stop);
@@ -197,6 +216,7 @@ impl Stack {
     /// Takes note that something outside went wrong: a stack that is in motion
     /// or about to be trips.
     pub fn trip(&mut self, reason: Reason) {
+        self.told_exchange(Exchange::Trip(reason));
         self.chain.trip(reason, None);
         self.tell_state();
     }
@@ -204,6 +224,7 @@ impl Stack {
     /// Says goodbye: both drives are told at once to let go, whatever the
     /// state, and a last SYNC puts that into force. What a runtime sends last.
     pub fn farewell(&mut self) {
+        self.told_exchange(Exchange::Farewell);
         self.chain.let_go();
         self.tell_state();
         self.speak(Wheels::default());
@@ -212,7 +233,9 @@ impl Stack {
 
     /// The next frame to send.
     pub fn poll_transmit(&mut self) -> Option<Frame> {
-        self.frames.pop_front()
+        let frame = self.frames.pop_front()?;
+        self.told_exchange(Exchange::Sent(frame));
+        Some(frame)
     }
 
     /// The next thing that happened.
@@ -233,6 +256,12 @@ impl Stack {
     /// What it is doing.
     pub const fn state(&self) -> State {
         self.chain.state()
+    }
+
+    fn told_exchange(&mut self, exchange: Exchange) {
+        if self.tells_exchange {
+            self.events.push_back(Event::Exchange(exchange));
+        }
     }
 
     fn take(&mut self, at: Instant, message: Message) {

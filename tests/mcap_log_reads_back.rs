@@ -160,6 +160,7 @@ fn expectation(at: Instant, event: &Event) -> Option<Value> {
             let message = format!("{name} {}", if *has_begun { "begins" } else { "ends" });
             ("/canloop/notices".to_owned(), json!({"name": "event", "message": message}))
         }
+        Event::Exchange(exchange) => ("/canloop/exchange".to_owned(), json!({"what": exchange.word()})),
     };
     Some(json!({"topic": topic, "at": at.as_nanos(), "value": value}))
 }

@@ -103,6 +103,9 @@ impl<'s, S: Sink> Bench<'s, S> {
     fn new(scenario: &'s Scenario, bitrate_bit_s: u32, sink: &'s mut S) -> Self {
         let start = Instant::ZERO;
         let mut stack = Stack::new(&scenario.stack, start);
+        if sink.wants_exchange() {
+            stack.tell_exchange();
+        }
         stack.operate(Operator::Enable);
         Self {
             scenario,
@@ -206,7 +209,7 @@ impl<'s, S: Sink> Bench<'s, S> {
         let planned = &self.scenario.events[usize::from(mark.event)];
         if mark.has_begun {
             planned.operator().into_iter().for_each(|wish| self.stack.operate(wish));
-            planned.new_path().into_iter().for_each(|path| self.stack.follow(path.clone()));
+            planned.new_path().into_iter().for_each(|path| self.stack.follow(path.clone(), mark.event));
             while let Some(event) = self.stack.poll_event() {
                 self.told_by_stack.push(event);
             }

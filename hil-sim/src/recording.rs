@@ -92,6 +92,10 @@ pub struct Finished {
 }
 
 impl Sink for Recording<'_> {
+    fn wants_exchange(&self) -> bool {
+        self.log.is_some()
+    }
+
     fn event(&mut self, at: Instant, event: &Event) {
         self.gauge.event(at, event);
         if let Some(log) = &mut self.log {

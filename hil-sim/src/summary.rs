@@ -287,7 +287,7 @@ impl Sink for Gauge {
                 Wheel::BOTH.into_iter().for_each(|wheel| self.take_torque(wheel, tick.torque_sent_nm[wheel]))
             }
             Event::Mark(mark) => self.take_mark(at, mark),
-            Event::Sync(_) | Event::Timing(_) | Event::Notice(_) => {}
+            Event::Sync(_) | Event::Timing(_) | Event::Notice(_) | Event::Exchange(_) => {}
         }
         self.watches.iter_mut().for_each(|watch| watch.event(at, event));
     }

@@ -5,6 +5,7 @@ mod check;
 #[cfg(target_os = "linux")]
 mod doctor;
 mod drive;
+mod replay;
 mod stop;
 
 use std::fmt::Display;
@@ -41,6 +42,8 @@ enum Command {
     Check(check::Args),
     /// Tell whether the bus can carry a robot's traffic in time
     Budget(budget::Args),
+    /// Let the stack do again what a log holds, and compare
+    Replay(replay::Args),
     /// Print the messages of a drive profile as a Markdown table
     #[command(after_help = "\
 Examples:
@@ -63,6 +66,7 @@ pub fn main() -> ExitCode {
         Command::Doctor(args) => doctor::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Budget(args) => budget::run(&args),
+        Command::Replay(args) => replay::run(&args),
         Command::Messages { profile } => messages(&profile),
     };
     result.unwrap_or_else(|problems| {

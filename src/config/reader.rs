@@ -83,6 +83,11 @@ impl<'d> Reader<'d> {
     /// that nobody asked for included.
     pub fn finish<T>(self, value: T) -> Result<T, Problems> {
         self.report_unknown("", &self.document.root);
+        self.finish_in_part(value)
+    }
+
+    /// The same where keys that nobody asked for are another reader's.
+    pub fn finish_in_part<T>(self, value: T) -> Result<T, Problems> {
         let problems = self.problems.into_inner();
         if problems.is_empty() { Ok(value) } else { Err(Problems(problems)) }
     }

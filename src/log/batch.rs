@@ -5,6 +5,7 @@
 //! payloads in lists of their own, so that the loop copies only what is there.
 
 use crate::event::{BusFrame, Event, Mark, Notice, Sink, Tick, Timing, Truth};
+use crate::exchange::Exchange;
 use crate::frame::{CanId, Frame, FrameKind};
 use crate::time::{Duration, Instant};
 
@@ -25,6 +26,7 @@ pub(super) struct Batch {
     truths: Vec<Truth>,
     timings: Vec<Timing>,
     notices: Vec<Notice>,
+    exchanges: Vec<Exchange>,
 }
 
 /// An event, or word that the next one of a list comes now.
@@ -36,6 +38,7 @@ enum Item {
     Timing,
     Notice,
     Mark(Mark),
+    Exchange,
 }
 
 impl Batch {
@@ -46,6 +49,7 @@ impl Batch {
             ticks: Vec::with_capacity(CAPACITY / 4),
             truths: Vec::with_capacity(CAPACITY / 4),
             timings: Vec::with_capacity(CAPACITY / 4),
+            exchanges: Vec::with_capacity(CAPACITY),
             ..Self::default()
         }
     }
@@ -88,6 +92,10 @@ impl Batch {
                 Item::Notice
             }
             Event::Mark(mark) => Item::Mark(*mark),
+            Event::Exchange(exchange) => {
+                self.exchanges.push(*exchange);
+                Item::Exchange
+            }
         };
         self.items.push((at, item));
     }
@@ -99,6 +107,7 @@ impl Batch {
         let mut truths = self.truths.drain(..);
         let mut timings = self.timings.drain(..);
         let mut notices = self.notices.drain(..);
+        let mut exchanges = self.exchanges.drain(..);
         for (at, item) in self.items.drain(..) {
             let event = match item {
                 Item::Classic { id, remote, len, data, bus, sent_by_stack } => {
@@ -112,6 +121,7 @@ impl Batch {
                 Item::Timing => timings.next().map(Event::Timing),
                 Item::Notice => notices.next().map(Event::Notice),
                 Item::Mark(mark) => Some(Event::Mark(mark)),
+                Item::Exchange => exchanges.next().map(Event::Exchange),
             };
             sink.event(at, &event.expect("a list holds as many as were announced"));
         }
@@ -163,6 +173,8 @@ mod tests {
             Event::Notice(Notice { kind: "tripped", text: "The robot stopped." }),
             frame(Frame::zeroed(id, 64)),
             Event::Tick(Tick { tick: 2, ..Tick::default() }),
+            Event::Exchange(Exchange::Sent(Frame::zeroed(id, 64))),
+            Event::Exchange(Exchange::Farewell),
         ];
         let mut batch = Batch::default();
         batch.push(Instant::ZERO, &Event::Sync(Default::default()));

@@ -95,6 +95,7 @@ pub enum LogError {
 /// | `/canloop/stack` | protobuf, `canloop.Stack` | [`crate::event::Tick`] |
 /// | `/canloop/truth` | protobuf, `canloop.Truth` | [`crate::event::Truth`] |
 /// | `/canloop/loop` | protobuf, `canloop.Loop` | [`crate::event::Timing`] |
+/// | `/canloop/exchange` | protobuf, `canloop.Exchange` | [`crate::exchange::Exchange`] |
 /// | `/canloop/notices` | protobuf, `foxglove.Log` | [`crate::event::Notice`], [`crate::event::Mark`] |
 ///
 /// Log and publish time are the event's nanoseconds; an event before the

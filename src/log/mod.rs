@@ -15,9 +15,17 @@ mod channels;
 mod chunk;
 mod chunk_queue;
 mod descriptor;
+mod exchange;
 mod file;
 mod mcap_log;
 mod protobuf;
 mod writer;
 
+pub use exchange::exchange_from;
 pub use mcap_log::{LogContents, LogError, LogReport, LoggedBus, McapLog, WhenFull};
+
+/// The topic of the stack's own state.
+pub const STACK_TOPIC: &str = "/canloop/stack";
+
+/// The topic of what went into the stack and came out of it.
+pub const EXCHANGE_TOPIC: &str = "/canloop/exchange";

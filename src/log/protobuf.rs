@@ -95,15 +95,21 @@ fn put_double(out: &mut Vec<u8>, number: u64, value: f64) {
     }
 }
 
-fn put_unsigned(out: &mut Vec<u8>, number: u64, value: u64) {
+pub(super) fn put_unsigned(out: &mut Vec<u8>, number: u64, value: u64) {
     put_varint(out, number << 3 | VARINT);
     put_varint(out, value);
 }
 
-fn put_bytes(out: &mut Vec<u8>, number: u64, bytes: &[u8]) {
+pub(super) fn put_bytes(out: &mut Vec<u8>, number: u64, bytes: &[u8]) {
     put_varint(out, number << 3 | LENGTH_DELIMITED);
     put_varint(out, bytes.len() as u64);
     out.extend_from_slice(bytes);
+}
+
+/// Appends a whole number that always takes eight bytes.
+pub(super) fn put_fixed(out: &mut Vec<u8>, number: u64, value: i64) {
+    put_varint(out, number << 3 | FIXED64);
+    out.extend_from_slice(&value.to_le_bytes());
 }
 
 /// Seven bits a byte, lowest first; the top bit says that more follow.

@@ -14,9 +14,10 @@ use super::channels::Channels;
 use super::chunk::Chunk;
 use super::chunk_queue::ChunkQueue;
 use super::descriptor::{flat_message, foxglove_log};
+use super::exchange::{EXCHANGE_FIELDS, put_exchange};
 use super::file::LogFile;
 use super::protobuf::{Level, put_doubles, put_log};
-use super::{LogContents, LogError};
+use super::{EXCHANGE_TOPIC, LogContents, LogError, STACK_TOPIC};
 use crate::event::{Event, Mark, Notice, Sink, Tick, Timing, Truth};
 use crate::time::Instant;
 
@@ -36,6 +37,7 @@ pub(super) struct Writer {
     truth: u16,
     timing: u16,
     notices: u16,
+    exchange: u16,
     /// Names of what a [`Mark`] counts.
     planned: Vec<String>,
     /// The latest event's time.
@@ -59,9 +61,12 @@ impl Writer {
         let buses: Result<Vec<_>, _> =
             contents.buses.iter().map(|bus| BusLog::new(bus, &frames, &mut channels)).collect();
         let buses = buses?;
-        let stack = doubles_channel(&mut channels, "/canloop/stack", "Stack", &Tick::NAMES)?;
+        let stack = doubles_channel(&mut channels, STACK_TOPIC, "Stack", &Tick::NAMES)?;
         let truth = doubles_channel(&mut channels, "/canloop/truth", "Truth", &Truth::NAMES)?;
         let timing = doubles_channel(&mut channels, "/canloop/loop", "Loop", &Timing::NAMES)?;
+        let exchange = flat_message("canloop", "Exchange", &EXCHANGE_FIELDS);
+        let exchange = channels.schema("canloop.Exchange", "protobuf", &exchange)?;
+        let exchange = channels.channel(exchange, EXCHANGE_TOPIC.to_owned(), "protobuf", BTreeMap::new())?;
         let log = channels.schema("foxglove.Log", "protobuf", &foxglove_log())?;
         let notices = channels.channel(log, "/canloop/notices".to_owned(), "protobuf", BTreeMap::new())?;
 
@@ -75,7 +80,7 @@ impl Writer {
         };
         let (queue, chunk) = start().map_err(|source| LogError::Create { path: path.to_owned(), source })?;
         let (planned, now) = (contents.planned.clone(), Instant::ZERO);
-        Ok(Self { queue, chunk, channels, buses, stack, truth, timing, notices, planned, now, lost: 0 })
+        Ok(Self { queue, chunk, channels, buses, stack, truth, timing, notices, exchange, planned, now, lost: 0 })
     }
 
     /// Writes a batch and leaves it empty.
@@ -129,6 +134,9 @@ impl Sink for Writer {
             }
             Event::Timing(timing) => {
                 self.channels.message(&mut self.chunk, self.timing, at, |out| put_doubles(out, &timing.values()));
+            }
+            Event::Exchange(exchange) => {
+                self.channels.message(&mut self.chunk, self.exchange, at, |out| put_exchange(out, exchange));
             }
             Event::Notice(Notice { kind, text }) => self.notice(at, Level::Info, kind, text),
             Event::Mark(Mark { event, has_begun }) => {

@@ -73,6 +73,21 @@ pub enum Operator {
     Reset,
 }
 
+impl Operator {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Enable, Self::Stop, Self::EmergencyStop, Self::Reset];
+
+    /// A word for configurations and logs.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Enable => "enable",
+            Self::Stop => "stop",
+            Self::EmergencyStop => "emergency-stop",
+            Self::Reset => "reset",
+        }
+    }
+}
+
 impl State {
     /// A number for logs: 0 boot, 1 stopped, 2 enabling, 3 running,
     /// 4 stopping, 10 and up tripped, one number a reason.

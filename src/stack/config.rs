@@ -61,10 +61,27 @@ impl RobotFile {
         for assignment in overrides {
             document.set(assignment)?;
         }
-        let reader = Reader::new(&document);
+        Self::read(&document, None)
+    }
+
+    /// Reads a robot that speaks with drives of this profile, whatever the
+    /// document calls it: one from a log, where both are kept as texts.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, with its place.
+    pub fn with_profile(document: &Document, profile: Profile) -> Result<Self, Problems> {
+        Self::read(document, Some(profile))
+    }
+
+    fn read(document: &Document, profile: Option<Profile>) -> Result<Self, Problems> {
+        let reader = Reader::new(document);
         let root = reader.root();
         let robot = root.section("robot");
-        let stack = StackConfig::read(&root, &Robot::read(&robot, None));
+        let truth = Robot::read(&robot, None);
+        let stack = match profile {
+            Some(profile) => StackConfig::with_profile(&root, &truth, profile),
+            None => StackConfig::read(&root, &truth),
+        };
         robot.pass_over("friction");
         let bus = root.section("bus");
         bus.pass_over("link");
@@ -79,9 +96,21 @@ impl StackConfig {
     /// Reads everything but the robot itself, which a scenario has as the
     /// truth. What is wrong is reported to the section's reader.
     pub fn read(root: &Section<'_>, robot: &Robot) -> Self {
+        let profile = read_profile(&root.section("drive"));
+        Self::of(root, robot, profile)
+    }
+
+    /// The same with drives of this profile, whatever `[drive]` calls it.
+    pub fn with_profile(root: &Section<'_>, robot: &Robot, profile: Profile) -> Self {
+        let drive = root.section("drive");
+        drive.pass_over("profile");
+        OVERRIDES.iter().for_each(|key| drive.pass_over(key));
+        Self::of(root, robot, profile)
+    }
+
+    fn of(root: &Section<'_>, robot: &Robot, mut profile: Profile) -> Self {
         let period = read_period(root);
         let section = root.section("drive");
-        let mut profile = read_profile(&section);
         let drive = DriveConfig::read(&section, &profile);
         let controller = ControllerConfig::read(root, robot, period.as_secs_f64());
         profile.fit(&drive.motor(controller.belief.gear_ratio));

@@ -81,7 +81,7 @@ impl Watch {
             Event::Notice(notice) => self.notice(notice, at.as_secs_f64()),
             Event::Tick(tick) => self.last_s = self.last_s.max(tick.tick as f64 * self.period_s),
             Event::Truth(truth) => self.last_s = self.last_s.max(truth.tick as f64 * self.period_s),
-            Event::Frame(_) | Event::Sync(_) | Event::Timing(_) | Event::Mark(_) => {}
+            Event::Frame(_) | Event::Sync(_) | Event::Timing(_) | Event::Mark(_) | Event::Exchange(_) => {}
         }
         match self.expectation.subject.said(at, event, self.period_s) {
             Some(Said::Value(at_s, value)) => self.sample(at_s, value),

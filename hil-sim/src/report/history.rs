@@ -200,7 +200,7 @@ impl Sink for History {
                 let text = format!("{name} {}", if *has_begun { "begins" } else { "ends" });
                 self.moments.push(Moment { at_s: at.as_secs_f64(), kind: "event", text: text.into() });
             }
-            Event::Notice(_) | Event::Mark(_) | Event::Timing(_) => {}
+            Event::Notice(_) | Event::Mark(_) | Event::Timing(_) | Event::Exchange(_) => {}
         }
     }
 }

@@ -107,7 +107,11 @@ fn the_path_is_kept_to(bench: &Bench, ends_with: i32) -> bool {
         let spread = [at("p50_us"), at("p99_us"), at("p999_us"), at("max_us")];
         assert!(spread.is_sorted() && spread[3] > 0.0, "{histogram}: {spread:?}");
     }
-    python("real_time/loop_is_logged.py", &[&bench.rig.path("drive.mcap")]);
+    let log = bench.rig.path("drive.mcap");
+    python("real_time/loop_is_logged.py", &[&log]);
+    // With all its jitter.
+    let replayed = finish(Command::new(two_programs::canloop()).arg("replay").arg(&log)).expect_status(0);
+    assert!(replayed.stdout.contains("the same, bit for bit"), "{}", replayed.stdout);
     true
 }
 

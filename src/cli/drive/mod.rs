@@ -93,6 +93,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Problems> {
     let punctuality = Punctuality::new(config.period.as_secs_f64());
     let mut reader = Reader { log, punctuality, start, periods: 0, said: None };
     let mut stack = Stack::new(config, start);
+    if reader.log.is_some() {
+        stack.tell_exchange();
+    }
     if args.clear_fault {
         stack.operate(Operator::Reset);
     }

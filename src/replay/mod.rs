@@ -1,0 +1,133 @@
+//! Lets a stack do again what a recorded one did: it is given the same things
+//! in the same order, and what it says is held to what that one said.
+//!
+//! Like the stack it has no hands: whoever reads the log hands it one
+//! [`Exchange`] after the other.
+
+mod deviation;
+mod recorded;
+
+use crate::event::{Event, Sink};
+use crate::exchange::Exchange;
+use crate::frame::Frame;
+use crate::path::Path;
+use crate::stack::{Stack, StackConfig};
+use crate::time::Instant;
+
+pub use deviation::{Deviation, Deviations};
+pub use recorded::{Recorded, RecordedItem};
+
+/// A stack that is given what another one was given.
+pub struct Replay<'c> {
+    config: &'c StackConfig,
+    /// Paths that an operator may ask for, by the number of their event.
+    paths: Vec<(u16, Path)>,
+    stack: Option<Stack>,
+    /// The moment of the last thing that went in.
+    now: Instant,
+    /// Periods begun.
+    ticks: u64,
+    /// Frames that came out as recorded.
+    frames: u64,
+    has_said_goodbye: bool,
+}
+
+/// The first frame that came out otherwise than recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// In which period, counted from 0.
+    pub tick: u64,
+    /// The moment of what went in last.
+    pub at: Instant,
+    /// What the recorded stack sent there, if it sent anything.
+    pub recorded: Option<Frame>,
+    /// What this one sends, if it sends anything.
+    pub replayed: Option<Frame>,
+}
+
+/// Why a replay cannot go on.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ReplayError {
+    /// The log does not begin where the stack began.
+    #[error("the log does not say how its stack began: what went into it before is missing")]
+    NoBeginning,
+    /// The configuration has no such path.
+    #[error("the stack was given the path of event {0} of its scenario, but there is no such event")]
+    NoPath(u16),
+}
+
+impl<'c> Replay<'c> {
+    /// A replay to a stack made from `config`, with the paths that an operator
+    /// may ask for by the number of their event.
+    pub fn new(config: &'c StackConfig, paths: Vec<(u16, Path)>) -> Self {
+        Self { config, paths, stack: None, now: Instant::ZERO, ticks: 0, frames: 0, has_said_goodbye: false }
+    }
+
+    /// Does what the recorded stack was let do, or compares what it sent. Events
+    /// of this stack go to `sink`.
+    ///
+    /// # Errors
+    /// What keeps the replay from going on.
+    pub fn take(&mut self, exchange: &Exchange, sink: &mut impl Sink) -> Result<Option<Difference>, ReplayError> {
+        if let Exchange::Begin(start) = *exchange {
+            self.stack = Some(Stack::new(self.config, start));
+            return Ok(None);
+        }
+        let stack = self.stack.as_mut().ok_or(ReplayError::NoBeginning)?;
+        match *exchange {
+            Exchange::Sent(recorded) => {
+                let replayed = stack.poll_transmit();
+                return Ok(self.compare(Some(recorded), replayed));
+            }
+            Exchange::Begin(_) => {}
+            Exchange::Frame(at, frame) => {
+                self.now = at;
+                stack.handle_frame(at, &frame);
+            }
+            Exchange::Wakeup(at) => {
+                self.now = at;
+                stack.handle_wakeup(at);
+            }
+            Exchange::Operate(wish) => stack.operate(wish),
+            Exchange::Trip(reason) => stack.trip(reason),
+            Exchange::Follow(event) => {
+                let path = self.paths.iter().find(|(number, _)| *number == event);
+                let (_, path) = path.ok_or(ReplayError::NoPath(event))?;
+                stack.follow(path.clone(), event);
+            }
+            Exchange::Farewell => {
+                self.has_said_goodbye = true;
+                stack.farewell();
+            }
+        }
+        while let Some(event) = stack.poll_event() {
+            self.ticks += u64::from(matches!(event, Event::Sync(_)));
+            sink.event(self.now, &event);
+        }
+        Ok(None)
+    }
+
+    /// The log is over. One that ends with a goodbye has all that was sent.
+    pub fn finish(&mut self) -> Option<Difference> {
+        let unsent = self.stack.as_mut().and_then(Stack::poll_transmit).filter(|_| self.has_said_goodbye)?;
+        self.compare(None, Some(unsent))
+    }
+
+    /// Periods begun.
+    pub const fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// Frames that came out as recorded.
+    pub const fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    fn compare(&mut self, recorded: Option<Frame>, replayed: Option<Frame>) -> Option<Difference> {
+        if recorded == replayed {
+            self.frames += 1;
+            return None;
+        }
+        Some(Difference { tick: self.ticks.saturating_sub(1), at: self.now, recorded, replayed })
+    }
+}
