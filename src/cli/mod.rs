@@ -5,6 +5,7 @@ mod check;
 #[cfg(target_os = "linux")]
 mod doctor;
 mod drive;
+mod repair;
 mod replay;
 mod stop;
 
@@ -44,6 +45,8 @@ enum Command {
     Budget(budget::Args),
     /// Let the stack do again what a log holds, and compare
     Replay(replay::Args),
+    /// Make a log that breaks off one that all readers open
+    Repair(repair::Args),
     /// Print the messages of a drive profile as a Markdown table
     #[command(after_help = "\
 Examples:
@@ -67,6 +70,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Budget(args) => budget::run(&args),
         Command::Replay(args) => replay::run(&args),
+        Command::Repair(args) => repair::run(&args),
         Command::Messages { profile } => messages(&profile),
     };
     result.unwrap_or_else(|problems| {

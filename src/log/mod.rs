@@ -19,10 +19,12 @@ mod exchange;
 mod file;
 mod mcap_log;
 mod protobuf;
+mod repair;
 mod writer;
 
 pub use exchange::exchange_from;
 pub use mcap_log::{LogContents, LogError, LogReport, LoggedBus, McapLog, WhenFull};
+pub use repair::{Repaired, examine, repair};
 
 /// The topic of the stack's own state.
 pub const STACK_TOPIC: &str = "/canloop/stack";

@@ -46,7 +46,8 @@ impl Deviations {
         while self.replayed.front().is_some_and(|replayed| replayed[0] < tick) {
             self.replayed.pop_front();
         }
-        let replayed = self.replayed.pop_front_if(|replayed| replayed[0] == tick)?;
+        let replayed = self.replayed.front().copied().filter(|replayed| replayed[0] == tick)?;
+        self.replayed.pop_front();
         self.compared += 1;
         for ((signal, recorded), replayed) in self.signals.iter_mut().zip(recorded).zip(&replayed) {
             signal.take(tick as u64, *recorded, *replayed);
