@@ -39,4 +39,5 @@ pub mod safety;
 pub mod schema;
 pub mod stack;
 pub mod time;
+pub mod traffic;
 pub mod wheels;

@@ -2,9 +2,11 @@
 
 mod budget;
 mod check;
+mod convert;
 #[cfg(target_os = "linux")]
 mod doctor;
 mod drive;
+mod log_file;
 mod stop;
 
 use std::fmt::Display;
@@ -41,6 +43,8 @@ enum Command {
     Check(check::Args),
     /// Tell whether the bus can carry a robot's traffic in time
     Budget(budget::Args),
+    /// Write a log of a bus in another format
+    Convert(convert::Args),
     /// Print the messages of a drive profile as a Markdown table
     #[command(after_help = "\
 Examples:
@@ -63,6 +67,7 @@ pub fn main() -> ExitCode {
         Command::Doctor(args) => doctor::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Budget(args) => budget::run(&args),
+        Command::Convert(args) => convert::run(&args),
         Command::Messages { profile } => messages(&profile),
     };
     result.unwrap_or_else(|problems| {

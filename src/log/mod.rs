@@ -16,8 +16,12 @@ mod chunk;
 mod chunk_queue;
 mod descriptor;
 mod file;
+mod frame_log;
 mod mcap_log;
 mod protobuf;
 mod writer;
 
+pub use bus::LoggedFrame;
+pub(crate) use cdr::FRAME_NAME;
+pub use frame_log::FrameLog;
 pub use mcap_log::{LogContents, LogError, LogReport, LoggedBus, McapLog, WhenFull};
