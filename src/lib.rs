@@ -41,4 +41,5 @@ pub mod safety;
 pub mod schema;
 pub mod stack;
 pub mod time;
+pub mod traffic;
 pub mod wheels;

@@ -2,9 +2,11 @@
 
 mod budget;
 mod check;
+mod convert;
 #[cfg(target_os = "linux")]
 mod doctor;
 mod drive;
+mod log_file;
 mod repair;
 mod replay;
 mod stop;
@@ -43,6 +45,8 @@ enum Command {
     Check(check::Args),
     /// Tell whether the bus can carry a robot's traffic in time
     Budget(budget::Args),
+    /// Write a log of a bus in another format
+    Convert(convert::Args),
     /// Let the stack do again what a log holds, and compare
     Replay(replay::Args),
     /// Make a log that breaks off one that all readers open
@@ -69,6 +73,7 @@ pub fn main() -> ExitCode {
         Command::Doctor(args) => doctor::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Budget(args) => budget::run(&args),
+        Command::Convert(args) => convert::run(&args),
         Command::Replay(args) => replay::run(&args),
         Command::Repair(args) => repair::run(&args),
         Command::Messages { profile } => messages(&profile),

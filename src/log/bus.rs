@@ -10,7 +10,7 @@ use super::descriptor::{flat_message, identifier};
 use super::protobuf::{FD_FRAME_FIELDS, field_type, put_fd_frame, put_signals};
 use super::{LogError, LoggedBus};
 use crate::event::BusFrame;
-use crate::frame::{CanId, FrameKind};
+use crate::frame::{CanId, Frame, FrameKind};
 use crate::schema::{MessageLayout, Signal};
 use crate::time::Instant;
 
@@ -32,6 +32,19 @@ pub(super) struct FrameSchemas {
     fd: u16,
 }
 
+/// A frame with what a log tells of it.
+#[derive(Clone, Copy, Debug)]
+pub struct LoggedFrame<'f> {
+    /// The frame.
+    pub frame: &'f Frame,
+    /// Whether the stack, or whoever logs, sent it.
+    pub sent_by_stack: bool,
+    /// Whether its sender was error-passive; CAN FD only.
+    pub error_passive: bool,
+    /// The length code of 8 bytes of a classic frame, where it was 9 to 15.
+    pub dlc_above_8: Option<u8>,
+}
+
 struct DecodedMessage {
     key: u32,
     channel: u16,
@@ -46,6 +59,13 @@ impl FrameSchemas {
             classic: channels.schema(FRAME_NAME, "ros2msg", FRAME_DEFINITION.as_bytes())?,
             fd: channels.schema("canloop.CanFdFrame", "protobuf", &fd)?,
         })
+    }
+}
+
+impl<'f> From<&'f BusFrame> for LoggedFrame<'f> {
+    fn from(on_bus: &'f BusFrame) -> Self {
+        let &BusFrame { sent_by_stack, ref frame, .. } = on_bus;
+        Self { frame, sent_by_stack, error_passive: false, dlc_above_8: None }
     }
 }
 
@@ -80,13 +100,14 @@ impl BusLog {
 
     /// Logs a frame, raw and decoded, unless it carries no signal: a remote
     /// request, or one cut short before the first.
-    pub fn put(&self, channels: &mut Channels, chunk: &mut Chunk, at: Instant, on_bus: &BusFrame) {
-        let &BusFrame { sent_by_stack, ref frame, .. } = on_bus;
+    pub fn put(&self, channels: &mut Channels, chunk: &mut Chunk, at: Instant, logged: &LoggedFrame<'_>) {
+        let &LoggedFrame { frame, sent_by_stack, error_passive, dlc_above_8 } = logged;
         if matches!(frame.kind, FrameKind::Fd | FrameKind::FdBitRateSwitch) {
-            channels.message(chunk, self.fd, at, |out| put_fd_frame(out, frame, sent_by_stack));
+            channels.message(chunk, self.fd, at, |out| put_fd_frame(out, frame, sent_by_stack, error_passive));
         } else {
             let channel = if sent_by_stack { self.sent } else { self.received };
-            channels.message(chunk, channel, at, |out| self.encoder.put(out, at, frame));
+            let dlc = dlc_above_8.unwrap_or(frame.len() as u8);
+            channels.message(chunk, channel, at, |out| self.encoder.put(out, at, frame, dlc));
         }
         let Ok(index) = self.messages.binary_search_by_key(&key(frame.id), |message| message.key) else { return };
         let message = &self.messages[index];
@@ -95,6 +116,11 @@ impl BusLog {
         if frame.kind != FrameKind::Remote && says_something {
             channels.message(chunk, message.channel, at, |out| put_signals(out, layout, frame));
         }
+    }
+
+    /// Logs an error frame: classes and data as SocketCAN has them.
+    pub fn put_error(&self, channels: &mut Channels, chunk: &mut Chunk, at: Instant, class: u32, data: [u8; 8]) {
+        channels.message(chunk, self.received, at, |out| self.encoder.put_error(out, at, class, data));
     }
 }
 

@@ -6,7 +6,7 @@ use crate::frame::{Frame, FrameKind};
 use crate::time::Instant;
 
 /// Name of the schema.
-pub(super) const FRAME_NAME: &str = "can_msgs/msg/Frame";
+pub(crate) const FRAME_NAME: &str = "can_msgs/msg/Frame";
 
 /// The definition with all that it refers to, as ROS 2 concatenates them.
 pub(super) const FRAME_DEFINITION: &str = "\
@@ -27,6 +27,9 @@ int32 sec
 uint32 nanosec
 ";
 
+/// Id, remote, extended, error, length code, data.
+const TAIL_LEN: usize = 16;
+
 /// Writes the frames of one bus.
 pub(super) struct FrameEncoder {
     /// Encoding, stamp, bus name, padding: all before the id.
@@ -45,22 +48,37 @@ impl FrameEncoder {
         Self { head }
     }
 
-    /// Appends a classic frame or remote request. The stamp is exact, before
-    /// the origin too; past the year 2038 of its 32 bits it stays there.
-    pub fn put(&self, out: &mut Vec<u8>, at: Instant, frame: &Frame) {
+    /// Appends a classic frame or remote request with the length code `dlc`.
+    pub fn put(&self, out: &mut Vec<u8>, at: Instant, frame: &Frame, dlc: u8) {
+        let mut tail = [0; TAIL_LEN];
+        tail[..4].copy_from_slice(&frame.id.raw().to_le_bytes());
+        tail[4] = u8::from(frame.kind == FrameKind::Remote);
+        tail[5] = u8::from(frame.id.is_extended());
+        tail[7] = dlc;
+        tail[8..].copy_from_slice(&frame.storage()[..8]);
+        self.put_tail(out, at, &tail);
+    }
+
+    /// Appends an error frame: its classes are its id.
+    pub fn put_error(&self, out: &mut Vec<u8>, at: Instant, class: u32, data: [u8; 8]) {
+        let mut tail = [0; TAIL_LEN];
+        tail[..4].copy_from_slice(&class.to_le_bytes());
+        tail[6] = 1;
+        tail[7] = data.len() as u8;
+        tail[8..].copy_from_slice(&data);
+        self.put_tail(out, at, &tail);
+    }
+
+    /// Appends all that stands before the id, then the tail. The stamp is
+    /// exact, before the origin too; past the year 2038 of its 32 bits it
+    /// stays there.
+    fn put_tail(&self, out: &mut Vec<u8>, at: Instant, tail: &[u8; TAIL_LEN]) {
         let sec = at.as_nanos().div_euclid(1_000_000_000).clamp(i32::MIN.into(), i32::MAX.into()) as i32;
         let nanosec = at.as_nanos().rem_euclid(1_000_000_000) as u32;
         let start = out.len();
         out.extend_from_slice(&self.head);
         out[start + 4..start + 8].copy_from_slice(&sec.to_le_bytes());
         out[start + 8..start + 12].copy_from_slice(&nanosec.to_le_bytes());
-
-        let mut tail = [0; 16];
-        tail[..4].copy_from_slice(&frame.id.raw().to_le_bytes());
-        tail[4] = u8::from(frame.kind == FrameKind::Remote);
-        tail[5] = u8::from(frame.id.is_extended());
-        tail[7] = frame.len() as u8;
-        tail[8..].copy_from_slice(&frame.storage()[..8]);
-        out.extend_from_slice(&tail);
+        out.extend_from_slice(tail);
     }
 }

@@ -15,6 +15,7 @@ use mcap::records::{
     SchemaHeader, Statistics, SummaryOffset, op,
 };
 
+use super::channels::Channels;
 use super::chunk::{PREFIX_LEN, Sealed};
 
 /// An MCAP file being written.
@@ -106,9 +107,24 @@ impl LogFile {
         Ok(())
     }
 
+    /// Ends the file: says what it holds and how many events it does not.
+    /// Returns the number of messages.
+    pub fn end(&mut self, channels: &Channels, events_lost: u64) -> io::Result<u64> {
+        let counts = channels.counts();
+        let messages = counts.values().sum();
+        // Only what the events decide: the same run must give the same bytes.
+        let numbers = [("messages", messages), ("events_lost", events_lost)];
+        let numbers = numbers.map(|(name, number)| (name.to_owned(), number.to_string()));
+        let (schemas, channels) = (channels.schemas_written(), channels.channels_written());
+        self.metadata("canloop.log", &BTreeMap::from(numbers))
+            .and_then(|()| self.finish(&schemas, &channels, counts))
+            .inspect_err(|_| self.cut_to_whole_records())?;
+        Ok(messages)
+    }
+
     /// Ends the file: `schemas` and `channels` are records as the chunks have
     /// them, `counts` is messages by channel id.
-    pub fn finish(&mut self, schemas: &[&[u8]], channels: &[&[u8]], counts: BTreeMap<u16, u64>) -> io::Result<()> {
+    fn finish(&mut self, schemas: &[&[u8]], channels: &[&[u8]], counts: BTreeMap<u16, u64>) -> io::Result<()> {
         self.statistics.schema_count = schemas.len() as u16;
         self.statistics.channel_count = channels.len() as u32;
         self.statistics.message_count = counts.values().sum();

@@ -17,12 +17,16 @@ mod chunk_queue;
 mod descriptor;
 mod exchange;
 mod file;
+mod frame_log;
 mod mcap_log;
 mod protobuf;
 mod repair;
 mod writer;
 
+pub use bus::LoggedFrame;
+pub(crate) use cdr::FRAME_NAME;
 pub use exchange::exchange_from;
+pub use frame_log::FrameLog;
 pub use mcap_log::{LogContents, LogError, LogReport, LoggedBus, McapLog, WhenFull};
 pub use repair::{Repaired, examine, repair};
 

@@ -10,12 +10,13 @@ use crate::schema::{MessageLayout, Raw, RawKind, Signal};
 use crate::time::Instant;
 
 /// Fields of `canloop.CanFdFrame`, in the order of [`put_fd_frame`].
-pub(super) const FD_FRAME_FIELDS: [(&str, Type); 5] = [
+pub(super) const FD_FRAME_FIELDS: [(&str, Type); 6] = [
     ("id", Type::Uint32),
     ("is_extended", Type::Bool),
     ("bit_rate_switch", Type::Bool),
     ("sent_by_stack", Type::Bool),
     ("data", Type::Bytes),
+    ("error_state_indicator", Type::Bool),
 ];
 
 /// Severity of a line in `foxglove.Log`.
@@ -60,12 +61,13 @@ pub(super) fn put_doubles(out: &mut Vec<u8>, values: &[f64]) {
 }
 
 /// Appends a `canloop.CanFdFrame`.
-pub(super) fn put_fd_frame(out: &mut Vec<u8>, frame: &Frame, sent_by_stack: bool) {
+pub(super) fn put_fd_frame(out: &mut Vec<u8>, frame: &Frame, sent_by_stack: bool, error_passive: bool) {
     put_unsigned(out, 1, u64::from(frame.id.raw()));
     put_unsigned(out, 2, u64::from(frame.id.is_extended()));
     put_unsigned(out, 3, u64::from(frame.kind == FrameKind::FdBitRateSwitch));
     put_unsigned(out, 4, u64::from(sent_by_stack));
     put_bytes(out, 5, frame.payload());
+    put_unsigned(out, 6, u64::from(error_passive));
 }
 
 /// Appends a `foxglove.Log`.

@@ -21,12 +21,6 @@ use super::{EXCHANGE_TOPIC, LogContents, LogError, STACK_TOPIC};
 use crate::event::{Event, Mark, Notice, Sink, Tick, Timing, Truth};
 use crate::time::Instant;
 
-/// A chunk is written when it holds this much before compression: small enough
-/// to stay in the processor's cache, large enough to compress well.
-const CHUNK_BYTES: usize = 512 * 1024;
-/// Or when it spans this much time, so that a killed log ends shortly before.
-const CHUNK_SPAN_NS: u64 = 1_000_000_000;
-
 /// Writes the events of a run to an MCAP file.
 pub(super) struct Writer {
     queue: ChunkQueue,
@@ -100,15 +94,7 @@ impl Writer {
             self.queue.send(&mut self.chunk);
         }
         let mut file = self.queue.finish()?;
-        let counts = self.channels.counts();
-        let messages = counts.values().sum();
-        // Only what the events decide: the same run must give the same bytes.
-        let numbers = [("messages", messages), ("events_lost", self.lost)];
-        let numbers = numbers.map(|(name, number)| (name.to_owned(), number.to_string()));
-        let (schemas, channels) = (self.channels.schemas_written(), self.channels.channels_written());
-        file.metadata("canloop.log", &BTreeMap::from(numbers))
-            .and_then(|()| file.finish(&schemas, &channels, counts))
-            .inspect_err(|_| file.cut_to_whole_records())?;
+        let messages = file.end(&self.channels, self.lost)?;
         Ok(Written { messages, events_lost: self.lost, bytes: file.len() })
     }
 
@@ -122,7 +108,7 @@ impl Sink for Writer {
         self.now = at;
         match event {
             Event::Frame(on_bus) => match self.buses.get(usize::from(on_bus.bus)) {
-                Some(bus) => bus.put(&mut self.channels, &mut self.chunk, at, on_bus),
+                Some(bus) => bus.put(&mut self.channels, &mut self.chunk, at, &on_bus.into()),
                 None => self.lost += 1,
             },
             Event::Sync(_) => {}
@@ -145,7 +131,7 @@ impl Sink for Writer {
                 self.notice(at, Level::Info, "event", &text);
             }
         }
-        if self.chunk.len() >= CHUNK_BYTES || self.chunk.span_ns() >= CHUNK_SPAN_NS {
+        if self.chunk.is_full() {
             self.queue.send(&mut self.chunk);
         }
     }

@@ -1,0 +1,140 @@
+//! Frames in the layouts that messages have.
+
+use super::channels::Layout;
+use crate::time::Instant;
+use crate::traffic::bytes::{u32_at, u64_at};
+use crate::traffic::socketcan::{self, can_id, error_in};
+use crate::traffic::{Content, Direction, ErrorFrame, RecordedFrame};
+
+/// What a message says.
+pub(super) struct Message<'m> {
+    /// Where it says so itself.
+    pub at: Option<Instant>,
+    pub bus: Option<&'m str>,
+    pub direction: Option<Direction>,
+    pub content: Content,
+}
+
+const SHORT: &str = "a message is shorter than its schema says";
+const BAD_ID: &str = "an id has more than its 11 or 29 bits";
+const BAD_LENGTH: &str = "a length that no frame has";
+
+/// Reads a message.
+pub(super) fn parse(layout: Layout, bytes: &[u8]) -> Result<Message<'_>, &'static str> {
+    match layout {
+        Layout::Ros => ros(bytes),
+        Layout::RosFd => ros_fd(bytes),
+        Layout::Fd => fd(bytes),
+    }
+}
+
+/// The head of ROS messages and what is behind it: the encoding, which must
+/// be little-endian CDR, then seconds, nanoseconds, the name of the bus.
+fn ros_head(bytes: &[u8]) -> Result<(Option<Instant>, Option<&str>, &[u8]), &'static str> {
+    if bytes.len() < 16 {
+        return Err(SHORT);
+    }
+    if bytes[1] != 1 {
+        return Err("a message is not in little-endian CDR, which alone is read");
+    }
+    let (seconds, nanos) = (u32_at(bytes, 4).cast_signed(), u32_at(bytes, 8));
+    let len = u32_at(bytes, 12) as usize;
+    let end = len.checked_add(16).filter(|end| *end <= bytes.len()).ok_or(SHORT)?;
+    let name = std::str::from_utf8(&bytes[16..end]).ok().map(|name| name.trim_end_matches('\0'));
+    // Numbers are aligned, counted from behind the encoding.
+    let next = (end - 4).next_multiple_of(4) + 4;
+    // Outside of its 32 bits of seconds the stamp stands still; no stamp is zero.
+    let is_stamped = seconds != i32::MAX && seconds != i32::MIN && nanos < 1_000_000_000;
+    let at = is_stamped.then(|| Instant::from_nanos(i64::from(seconds) * 1_000_000_000 + i64::from(nanos)));
+    Ok((at, name.filter(|name| !name.is_empty()), bytes.get(next..).ok_or(SHORT)?))
+}
+
+fn ros(bytes: &[u8]) -> Result<Message<'_>, &'static str> {
+    let (at, bus, rest) = ros_head(bytes)?;
+    let body: &[u8; 16] = rest.first_chunk().ok_or(SHORT)?;
+    let [is_remote, is_extended, is_error, dlc] = [body[4], body[5], body[6], body[7]];
+    let raw = u32_at(body, 0);
+    let content = if is_error != 0 {
+        Content::Error(error(raw, &body[8..]))
+    } else if dlc > 15 {
+        return Err(BAD_LENGTH);
+    } else {
+        let id = can_id(raw, is_extended != 0).ok_or(BAD_ID)?;
+        Content::Frame(socketcan::with_dlc(id, is_remote != 0, dlc, &body[8..]))
+    };
+    Ok(Message { at, bus, direction: None, content })
+}
+
+fn ros_fd(bytes: &[u8]) -> Result<Message<'_>, &'static str> {
+    let (at, bus, rest) = ros_head(bytes)?;
+    let (&[a, b, c, d, is_extended, is_error, ..], data) = rest.split_first_chunk::<12>().ok_or(SHORT)?;
+    let raw = u32::from_le_bytes([a, b, c, d]);
+    let data = data.get(..u32_at(rest, 8) as usize).ok_or(SHORT)?;
+    let content = if is_error != 0 {
+        Content::Error(error(raw, data))
+    } else {
+        let id = can_id(raw, is_extended != 0).ok_or(BAD_ID)?;
+        Content::Frame(socketcan::fd(id, false, false, data).ok_or(BAD_LENGTH)?)
+    };
+    Ok(Message { at, bus, direction: None, content })
+}
+
+fn error(class: u32, data: &[u8]) -> ErrorFrame {
+    error_in(class | ErrorFrame::FLAG, data).unwrap_or(ErrorFrame::UNSPECIFIED)
+}
+
+/// Field by field: a tag and a value.
+fn fd(mut rest: &[u8]) -> Result<Message<'static>, &'static str> {
+    let (mut id, mut extended, mut switch, mut sent, mut passive) = (0, false, false, false, false);
+    let mut data: &[u8] = &[];
+    while !rest.is_empty() {
+        let tag = varint(&mut rest).ok_or(SHORT)?;
+        match (tag >> 3, tag & 7) {
+            (number, 0) => {
+                let value = varint(&mut rest).ok_or(SHORT)?;
+                match number {
+                    1 => id = u32::try_from(value).map_err(|_| BAD_ID)?,
+                    2 => extended = value != 0,
+                    3 => switch = value != 0,
+                    4 => sent = value != 0,
+                    6 => passive = value != 0,
+                    _ => {}
+                }
+            }
+            (number, 2) => {
+                let len = usize::try_from(varint(&mut rest).ok_or(SHORT)?).map_err(|_| SHORT)?;
+                let (value, behind) = rest.split_at_checked(len).ok_or(SHORT)?;
+                rest = behind;
+                if number == 5 {
+                    data = value;
+                }
+            }
+            (_, 1) => rest = rest.get(8..).ok_or(SHORT)?,
+            (_, 5) => rest = rest.get(4..).ok_or(SHORT)?,
+            _ => return Err("a message is not in protobuf"),
+        }
+    }
+    let id = can_id(id, extended).ok_or(BAD_ID)?;
+    let recorded: RecordedFrame = socketcan::fd(id, switch, passive, data).ok_or(BAD_LENGTH)?;
+    let direction = if sent { Direction::Sent } else { Direction::Received };
+    Ok(Message { at: None, bus: None, direction: Some(direction), content: Content::Frame(recorded) })
+}
+
+/// Seven bits a byte, lowest first.
+fn varint(rest: &mut &[u8]) -> Option<u64> {
+    let mut value = 0;
+    for shift in (0..64).step_by(7) {
+        let (byte, behind) = rest.split_first()?;
+        *rest = behind;
+        value |= u64::from(byte & 0x7F) << shift;
+        if byte & 0x80 == 0 {
+            return Some(value);
+        }
+    }
+    None
+}
+
+/// The time in a message's own head, which every message has.
+pub(super) fn log_time(header: &[u8]) -> Instant {
+    Instant::from_nanos(i64::try_from(u64_at(header, 6)).unwrap_or(i64::MAX))
+}
