@@ -22,6 +22,7 @@
 
 pub mod budget;
 pub mod bus;
+pub mod capture;
 pub mod check;
 pub mod cli;
 pub mod config;

@@ -15,6 +15,9 @@ pub struct OpenOptions<'a> {
     pub bit_rate_bit_s: Option<u32>,
     /// Whether the bus must carry CAN FD frames.
     pub needs_fd: bool,
+    /// Whether to hear everything: error frames too, and who sent what, where
+    /// the bus tells.
+    pub listens: bool,
     /// Whether a bus that is hosted here may be reached from other machines.
     pub allow_others: bool,
 }
@@ -44,6 +47,16 @@ impl Address {
                 "expected a CAN interface such as can0 or vcan0, tcp://HOST:PORT/NAME for a bus of a socketcand \
                  server, or tcp-listen://HOST:PORT/NAME to host one",
             )),
+        }
+    }
+}
+
+impl Address {
+    /// What the bus is called, wherever it is.
+    pub fn bus_name(&self) -> &str {
+        match self {
+            Self::Interface(name) => name,
+            Self::Server(endpoint) | Self::Listen(endpoint) => &endpoint.bus_name,
         }
     }
 }

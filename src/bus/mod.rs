@@ -26,6 +26,7 @@ pub use worst_case::worst_case_frame_bits;
 
 use crate::frame::Frame;
 use crate::time::Instant;
+use crate::traffic::{Content, Direction};
 
 /// A CAN bus that a runtime drives. All moments are those of
 /// [`crate::run::Clock`].
@@ -48,6 +49,9 @@ pub trait Bus {
 pub enum Arrival {
     /// A frame that somebody else sent; the moment is that of its reception.
     Frame(Frame),
+    /// Whatever was on the bus, with all that is known of it: on a bus that was
+    /// opened to listen ([`OpenOptions::listens`]), in place of frames.
+    Heard(Direction, Content),
     /// This many frames were lost on the way to us, for want of room.
     Lost(u32),
     /// The controller's state changed.

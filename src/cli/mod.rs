@@ -6,6 +6,7 @@ mod convert;
 #[cfg(target_os = "linux")]
 mod doctor;
 mod drive;
+mod log;
 mod log_file;
 mod repair;
 mod replay;
@@ -47,6 +48,8 @@ enum Command {
     Budget(budget::Args),
     /// Write a log of a bus in another format
     Convert(convert::Args),
+    /// Log buses to an MCAP file
+    Log(log::Args),
     /// Let the stack do again what a log holds, and compare
     Replay(replay::Args),
     /// Make a log that breaks off one that all readers open
@@ -74,6 +77,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Budget(args) => budget::run(&args),
         Command::Convert(args) => convert::run(&args),
+        Command::Log(args) => log::run(&args),
         Command::Replay(args) => replay::run(&args),
         Command::Repair(args) => repair::run(&args),
         Command::Messages { profile } => messages(&profile),

@@ -7,7 +7,7 @@ use super::cdr::{FRAME_DEFINITION, FRAME_NAME, FrameEncoder};
 use super::channels::Channels;
 use super::chunk::Chunk;
 use super::descriptor::{flat_message, identifier};
-use super::protobuf::{FD_FRAME_FIELDS, field_type, put_fd_frame, put_signals};
+use super::protobuf::{FD_FRAME_FIELDS, LOST_FIELDS, field_type, put_fd_frame, put_signals, put_unsigned};
 use super::{LogError, LoggedBus};
 use crate::event::BusFrame;
 use crate::frame::{CanId, Frame, FrameKind};
@@ -22,6 +22,7 @@ pub(super) struct BusLog {
     received: u16,
     sent: u16,
     fd: u16,
+    lost: u16,
     /// Sorted by the key of their ids.
     messages: Vec<DecodedMessage>,
 }
@@ -30,6 +31,7 @@ pub(super) struct BusLog {
 pub(super) struct FrameSchemas {
     classic: u16,
     fd: u16,
+    lost: u16,
 }
 
 /// A frame with what a log tells of it.
@@ -58,6 +60,7 @@ impl FrameSchemas {
         Ok(Self {
             classic: channels.schema(FRAME_NAME, "ros2msg", FRAME_DEFINITION.as_bytes())?,
             fd: channels.schema("canloop.CanFdFrame", "protobuf", &fd)?,
+            lost: channels.schema("canloop.Lost", "protobuf", &flat_message("canloop", "Lost", &LOST_FIELDS))?,
         })
     }
 }
@@ -80,10 +83,11 @@ impl BusLog {
             received: channels.channel(schemas.classic, topic.clone(), "cdr", direction("received by the stack"))?,
             sent: channels.channel(schemas.classic, topic.clone(), "cdr", direction("sent by the stack"))?,
             fd: channels.channel(schemas.fd, format!("{topic}/fd"), "protobuf", BTreeMap::new())?,
+            lost: channels.channel(schemas.lost, format!("{topic}/lost"), "protobuf", BTreeMap::new())?,
             messages: Vec::new(),
         };
         let package = format!("canloop.{}", identifier(bus.name, &mut BTreeSet::new()));
-        let mut names = BTreeSet::from(["fd".to_owned()]);
+        let mut names = BTreeSet::from(["fd".to_owned(), "lost".to_owned()]);
         for layout in bus.dbcs.iter().flat_map(|dbc| &dbc.messages) {
             let key = key(layout.id);
             if log.messages.iter().all(|message| message.key != key) {
@@ -116,6 +120,14 @@ impl BusLog {
         if frame.kind != FrameKind::Remote && says_something {
             channels.message(chunk, message.channel, at, |out| put_signals(out, layout, frame));
         }
+    }
+
+    /// Logs that frames were lost, `total` of them so far.
+    pub fn put_lost(&self, channels: &mut Channels, chunk: &mut Chunk, at: Instant, frames: u64, total: u64) {
+        channels.message(chunk, self.lost, at, |out| {
+            put_unsigned(out, 1, frames);
+            put_unsigned(out, 2, total);
+        });
     }
 
     /// Logs an error frame: classes and data as SocketCAN has them.

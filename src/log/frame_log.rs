@@ -11,7 +11,9 @@ use super::bus::{BusLog, FrameSchemas, LoggedFrame};
 use super::channels::Channels;
 use super::chunk::Chunk;
 use super::chunk_queue::ChunkQueue;
+use super::descriptor::foxglove_log;
 use super::file::LogFile;
+use super::protobuf::{Level, put_log};
 use super::{LogError, LogReport, LoggedBus};
 use crate::time::Instant;
 
@@ -27,6 +29,7 @@ pub struct FrameLog {
     channels: Channels,
     schemas: FrameSchemas,
     buses: Vec<BusLog>,
+    notices: u16,
 }
 
 impl FrameLog {
@@ -35,17 +38,34 @@ impl FrameLog {
     /// # Errors
     /// The file cannot be made.
     pub fn create(path: &Path, metadata: &BTreeMap<String, String>) -> Result<Self, LogError> {
+        Self::with_attachments(path, metadata, &[])
+    }
+
+    /// The same with files kept in it: (name, media type, content).
+    ///
+    /// # Errors
+    /// The file cannot be made.
+    pub fn with_attachments(
+        path: &Path,
+        metadata: &BTreeMap<String, String>,
+        attachments: &[(String, String, Vec<u8>)],
+    ) -> Result<Self, LogError> {
         let mut channels = Channels::default();
         let schemas = FrameSchemas::new(&mut channels)?;
+        let log = channels.schema("foxglove.Log", "protobuf", &foxglove_log())?;
+        let notices = channels.channel(log, "/canloop/notices".to_owned(), "protobuf", BTreeMap::new())?;
         let failed = Arc::new(AtomicBool::new(false));
         let start = || {
             let mut file = LogFile::create(path)?;
             file.metadata("canloop", metadata)?;
+            for (name, media_type, data) in attachments {
+                file.attachment(name, media_type, data)?;
+            }
             ChunkQueue::start(file, 0, Arc::clone(&failed))
         };
         let (queue, chunk) = start().map_err(|source| LogError::Create { path: path.to_owned(), source })?;
         let (path, queue) = (path.to_owned(), Some(queue));
-        Ok(Self { path, queue, failed, chunk, channels, schemas, buses: Vec::new() })
+        Ok(Self { path, queue, failed, chunk, channels, schemas, buses: Vec::new(), notices })
     }
 
     /// Adds a bus; returns its index. Its frames are also decoded where its
@@ -77,6 +97,42 @@ impl FrameLog {
         self.send_if_full()
     }
 
+    /// Logs that `frames` of a bus were lost before this moment, `total` of them
+    /// so far.
+    ///
+    /// # Errors
+    /// The file took no more.
+    pub fn put_lost(&mut self, bus: usize, at: Instant, frames: u64, total: u64) -> Result<(), LogError> {
+        self.buses[bus].put_lost(&mut self.channels, &mut self.chunk, at, frames, total);
+        self.send_if_full()
+    }
+
+    /// Logs a line for people.
+    ///
+    /// # Errors
+    /// The file took no more.
+    pub fn notice(&mut self, at: Instant, name: &str, text: &str) -> Result<(), LogError> {
+        let Self { channels, chunk, notices, .. } = self;
+        channels.message(chunk, *notices, at, |out| put_log(out, at, Level::Info, name, text));
+        self.send_if_full()
+    }
+
+    /// Lets what has come so far be written, though a chunk is not full.
+    ///
+    /// # Errors
+    /// The file took no more.
+    pub fn flush(&mut self) -> Result<(), LogError> {
+        if let (Some(queue), false) = (&self.queue, self.chunk.is_empty()) {
+            queue.send(&mut self.chunk);
+        }
+        self.check()
+    }
+
+    /// Bytes in the file so far.
+    pub fn bytes(&self) -> u64 {
+        std::fs::metadata(&self.path).map_or(0, |file| file.len())
+    }
+
     /// Writes what is left and ends the file, which says that `frames_lost`
     /// are not in it.
     ///
@@ -98,6 +154,10 @@ impl FrameLog {
         if let Some(queue) = &self.queue {
             queue.send(&mut self.chunk);
         }
+        self.check()
+    }
+
+    fn check(&mut self) -> Result<(), LogError> {
         if self.failed.load(Ordering::Relaxed) { self.end_queue().map(drop) } else { Ok(()) }
     }
 

@@ -19,6 +19,9 @@ pub(super) const FD_FRAME_FIELDS: [(&str, Type); 6] = [
     ("error_state_indicator", Type::Bool),
 ];
 
+/// Fields of `canloop.Lost`: frames lost before a moment, and until then in all.
+pub(super) const LOST_FIELDS: [(&str, Type); 2] = [("frames", Type::Uint64), ("total", Type::Uint64)];
+
 /// Severity of a line in `foxglove.Log`.
 #[derive(Clone, Copy)]
 pub(super) enum Level {

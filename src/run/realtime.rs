@@ -114,7 +114,7 @@ impl<'r, S: Sink> RealTime<'r, S> {
                 let text = "frames were lost on the way here, for want of room";
                 self.sink.event(at, &Event::Notice(Notice { kind: "frames-lost", text }));
             }
-            Some((_, Arrival::State(_) | Arrival::Up)) | None => {}
+            Some((_, Arrival::State(_) | Arrival::Up | Arrival::Heard(..))) | None => {}
         }
         let now = self.clock.now();
         if now >= wakeup {

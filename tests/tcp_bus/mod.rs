@@ -21,13 +21,18 @@ pub const QUIET: Duration = Duration::from_millis(300);
 
 pub struct RunningHub {
     pub address: SocketAddr,
+    name: &'static str,
     stop: Arc<AtomicBool>,
     thread: JoinHandle<(HubCounts, Vec<Frame>)>,
 }
 
 impl RunningHub {
     pub fn start() -> Self {
-        let mut hub = hub();
+        Self::named("can0")
+    }
+
+    pub fn named(name: &'static str) -> Self {
+        let mut hub = hub_named(name);
         let (address, stop) = (hub.address(), Arc::new(AtomicBool::new(false)));
         let stopped = Arc::clone(&stop);
         let thread = std::thread::spawn(move || {
@@ -45,11 +50,11 @@ impl RunningHub {
             }
             (hub.counts(), heard)
         });
-        Self { address, stop, thread }
+        Self { address, name, stop, thread }
     }
 
     pub fn join(&self) -> Socketcand {
-        join(self.address)
+        join_named(self.address, self.name)
     }
 
     /// Ends the hub; its counts and what its owner heard.
@@ -60,13 +65,21 @@ impl RunningHub {
 }
 
 pub fn hub() -> Hub {
+    hub_named("can0")
+}
+
+fn hub_named(name: &str) -> Hub {
     let address = "127.0.0.1:0".parse().expect("an address");
-    Hub::listen(address, "can0", Clock::new(), false).expect("any free port can be listened at")
+    Hub::listen(address, name, Clock::new(), false).expect("any free port can be listened at")
 }
 
 pub fn join(address: SocketAddr) -> Socketcand {
+    join_named(address, "can0")
+}
+
+fn join_named(address: SocketAddr, name: &str) -> Socketcand {
     let host = address.ip().to_string();
-    Socketcand::connect(&host, address.port(), "can0", Clock::new()).unwrap_or_else(|problem| panic!("{problem}"))
+    Socketcand::connect(&host, address.port(), name, Clock::new()).unwrap_or_else(|problem| panic!("{problem}"))
 }
 
 /// The next frame, which must come.

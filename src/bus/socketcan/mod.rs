@@ -29,6 +29,7 @@ use crate::config::Problem;
 use crate::frame::Frame;
 use crate::run::Clock;
 use crate::time::{Duration, Instant};
+use crate::traffic::{Content, Direction, ErrorFrame};
 
 /// How often an interface that is away is looked for.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -42,6 +43,7 @@ pub struct SocketCan {
     name: String,
     clock: Clock,
     requirements: Requirements,
+    listens: bool,
     filters: Vec<CanFilter>,
     socket: Socket,
     carries_fd: bool,
@@ -100,11 +102,13 @@ impl SocketCan {
         let ids = if options.receive.len() > FILTERS_MAX { &[] } else { options.receive };
         let filters: Vec<_> =
             ids.iter().map(|id| CanFilter::new(wire::kernel_id(*id), wire::kernel_id_mask(*id))).collect();
-        let socket = Socket::open(link.index, &filters).map_err(|error| refusal::without_socket(&error))?;
+        let socket =
+            Socket::open(link.index, &filters, options.listens).map_err(|error| refusal::without_socket(&error))?;
         let mut bus = Self {
             name: name.to_owned(),
             clock,
             requirements,
+            listens: options.listens,
             filters,
             socket,
             carries_fd: link.carries_fd,
@@ -129,12 +133,17 @@ impl SocketCan {
         let at = arrived.realtime_nanos.map_or(now, |nanos| self.clock.from_realtime_nanos(nanos).min(now));
         self.lose(at, arrived.lost);
         match arrived.content {
-            Some(Received::Frame(frame)) => {
+            Some(Received::Frame(recorded)) => {
                 self.counts.received += 1;
-                self.tell(at, Arrival::Frame(frame));
+                let direction = if arrived.is_from_here { Direction::Sent } else { Direction::Received };
+                let heard = Arrival::Heard(direction, Content::Frame(recorded));
+                self.tell(at, if self.listens { heard } else { Arrival::Frame(recorded.frame) });
             }
             Some(Received::Error(class, data)) => {
                 self.counts.errors += 1;
+                if self.listens {
+                    self.tell(at, Arrival::Heard(Direction::Received, Content::Error(ErrorFrame { class, data })));
+                }
                 if error_frame::lost_frame(class, &data) {
                     self.lose(at, 1);
                 }
@@ -194,7 +203,7 @@ impl SocketCan {
             return;
         }
         if outage.kind == OutageKind::Interface {
-            let Ok(socket) = Socket::open(link.index, &self.filters) else { return };
+            let Ok(socket) = Socket::open(link.index, &self.filters, self.listens) else { return };
             self.socket = socket;
             self.carries_fd = link.carries_fd;
         }

@@ -8,6 +8,7 @@ use nix::libc;
 use nix::sys::socket::{ControlMessageOwned, MsgFlags, TimestampingFlag, recvmsg, setsockopt, sockopt};
 use nix::sys::time::TimeSpec;
 use rustix::event::{PollFd, PollFlags};
+use rustix::net::{RecvAncillaryBuffer, RecvFlags};
 use rustix::time::Timespec;
 use socketcan::{CanFdSocket, CanFilter, Socket as _, SocketOptions as _};
 
@@ -18,6 +19,8 @@ use crate::time::Duration;
 /// The room asked for, in bytes; the kernel gives what `net.core.rmem_max`
 /// allows. A frame takes about 1 KB of it.
 const RECEIVE_BUFFER_BYTES: usize = 1 << 20;
+/// Who logs a bus may be held up longer.
+const LISTENER_BUFFER_BYTES: usize = 16 << 20;
 /// `SK_MEMINFO_DROPS` (`linux/sock_diag.h`), in 32-bit words.
 const DROPS_AT: usize = 8;
 
@@ -26,6 +29,8 @@ pub(super) struct Socket {
     inner: CanFdSocket,
     /// There where the interface stamps by a clock of its own.
     hardware_clock: Option<HardwareClock>,
+    /// Whether somebody wants to know which frames programs on this machine sent.
+    tells_origin: bool,
     /// The kernel's count of frames that it had no room for, as last told.
     dropped: u32,
 }
@@ -36,6 +41,8 @@ pub(super) struct Arrived {
     pub content: Option<Received>,
     /// When, by `CLOCK_REALTIME`.
     pub realtime_nanos: Option<i64>,
+    /// Whether a program on this machine sent it.
+    pub is_from_here: bool,
     /// Frames lost before it.
     pub lost: u32,
 }
@@ -43,7 +50,7 @@ pub(super) struct Arrived {
 impl Socket {
     /// A socket on the interface of this number, which gives the frames that
     /// `filters` let through, or all when there is none, and error messages.
-    pub fn open(interface: u32, filters: &[CanFilter]) -> io::Result<Self> {
+    pub fn open(interface: u32, filters: &[CanFilter], tells_origin: bool) -> io::Result<Self> {
         // The socket takes CAN FD even where the interface does not. Frames
         // sent here reach other programs, but do not come back: the kernel's
         // default.
@@ -56,7 +63,8 @@ impl Socket {
         setsockopt(&inner, sockopt::ReceiveTimestampns, &true)?;
         setsockopt(&inner, sockopt::RxqOvfl, &1)?;
         // Less room is no reason to refuse: what does not fit is counted.
-        let _ = inner.as_raw_socket().set_recv_buffer_size(RECEIVE_BUFFER_BYTES);
+        let room = if tells_origin { LISTENER_BUFFER_BYTES } else { RECEIVE_BUFFER_BYTES };
+        let _ = inner.as_raw_socket().set_recv_buffer_size(room);
         let mut hardware_clock = None;
         if inner.has_hw_timestamps() {
             let flags =
@@ -64,7 +72,7 @@ impl Socket {
             setsockopt(&inner, sockopt::Timestamping, &flags)?;
             hardware_clock = Some(HardwareClock::default());
         }
-        Ok(Self { inner, hardware_clock, dropped: 0 })
+        Ok(Self { inner, hardware_clock, tells_origin, dropped: 0 })
     }
 
     /// Hands one frame to the interface's queue.
@@ -79,6 +87,7 @@ impl Socket {
 
     /// What there is; `None` when there is nothing.
     pub fn receive(&mut self) -> io::Result<Option<Arrived>> {
+        let is_from_here = self.tells_origin && self.is_next_from_here();
         let mut bytes = [0; FD_BYTES];
         let mut control = ControlBuffer([0; CONTROL_BYTES]);
         let mut parts = [IoSliceMut::new(&mut bytes)];
@@ -107,7 +116,8 @@ impl Socket {
             _ => kernel_nanos,
         };
         let lost = dropped.map_or(0, |count| self.newly_lost(count));
-        Ok(Some(Arrived { content: wire::read(&bytes[..len.min(FD_BYTES)]), realtime_nanos, lost }))
+        let content = wire::read(&bytes[..len.min(FD_BYTES)]);
+        Ok(Some(Arrived { content, realtime_nanos, is_from_here, lost }))
     }
 
     /// Frames lost since the last one that arrived. Those would otherwise be
@@ -135,6 +145,18 @@ impl Socket {
 
     /// How far the kernel's count has come. A frame that was in the queue
     /// when the count was last read may bring an older one.
+    /// Whether a program on this machine sent what comes next. The kernel marks it
+    /// (`MSG_DONTROUTE`) where the reader of stamps does not look.
+    fn is_next_from_here(&self) -> bool {
+        const FROM_HERE: u32 = libc::MSG_DONTROUTE.cast_unsigned();
+        let mut byte = [0; 1];
+        let mut parts = [rustix::io::IoSliceMut::new(&mut byte)];
+        let mut nothing = RecvAncillaryBuffer::default();
+        let flags = RecvFlags::PEEK | RecvFlags::DONTWAIT;
+        let next = rustix::net::recvmsg(&self.inner, &mut parts, &mut nothing, flags);
+        next.is_ok_and(|next| next.flags.bits() & FROM_HERE != 0)
+    }
+
     fn newly_lost(&mut self, count: u32) -> u32 {
         let lost = count.wrapping_sub(self.dropped).cast_signed().max(0).cast_unsigned();
         self.dropped = self.dropped.wrapping_add(lost);

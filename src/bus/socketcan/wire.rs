@@ -2,6 +2,7 @@
 //! sockets carry, to frames and back.
 
 use crate::frame::{CanId, Frame, FrameKind};
+use crate::traffic::RecordedFrame;
 
 /// Bytes of a `struct can_frame`.
 const CLASSIC_BYTES: usize = 16;
@@ -14,15 +15,18 @@ const ERROR_FLAG: u32 = 0x2000_0000;
 const EXTENDED_MASK: u32 = 0x1FFF_FFFF;
 const STANDARD_MASK: u32 = 0x7FF;
 const BIT_RATE_SWITCH: u8 = 0x01;
+const ERROR_PASSIVE: u8 = 0x02;
 
 const LEN_AT: usize = 4;
 const FLAGS_AT: usize = 5;
+/// The length code of a classic frame of 8 bytes, where it is above 8.
+const LENGTH_CODE_AT: usize = 7;
 const DATA_AT: usize = 8;
 
 /// What a raw CAN socket hands over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Received {
-    Frame(Frame),
+    Frame(RecordedFrame),
     /// A message of the driver in the shape of a frame: class bits and data
     /// (`linux/can/error.h`).
     Error(u32, [u8; 8]),
@@ -95,7 +99,10 @@ pub(super) fn read(bytes: &[u8]) -> Option<Received> {
         let len = frame.len();
         frame.payload_mut().copy_from_slice(&data[..len]);
     }
-    Some(Received::Frame(frame))
+    let error_passive = is_fd && bytes[FLAGS_AT] & ERROR_PASSIVE != 0;
+    let has_code = !is_fd && bytes[LEN_AT] == 8 && (9..=15).contains(&bytes[LENGTH_CODE_AT]);
+    let dlc_above_8 = has_code.then_some(bytes[LENGTH_CODE_AT]);
+    Some(Received::Frame(RecordedFrame { frame, error_passive, dlc_above_8 }))
 }
 
 #[cfg(test)]
@@ -116,11 +123,11 @@ mod tests {
                 if kind != FrameKind::Remote {
                     frame.payload_mut().copy_from_slice(&[1, 2, 3, 4, 5, 6, 7, 0xFF]);
                 }
-                assert_eq!(there_and_back(frame), Some(Received::Frame(frame)));
+                assert_eq!(there_and_back(frame), Some(Received::Frame(frame.into())));
             }
         }
         let longest = Frame::zeroed(CanId::Standard(1), 64);
-        assert_eq!(there_and_back(longest), Some(Received::Frame(longest)));
+        assert_eq!(there_and_back(longest), Some(Received::Frame(longest.into())));
     }
 
     #[test]
