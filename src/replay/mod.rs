@@ -5,6 +5,7 @@
 //! [`Exchange`] after the other.
 
 mod deviation;
+mod playback;
 mod recorded;
 
 use crate::event::{Event, Sink};
@@ -15,6 +16,7 @@ use crate::stack::{Stack, StackConfig};
 use crate::time::Instant;
 
 pub use deviation::{Deviation, Deviations};
+pub use playback::Playback;
 pub use recorded::{Recorded, RecordedItem};
 
 /// A stack that is given what another one was given.

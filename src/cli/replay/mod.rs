@@ -1,6 +1,7 @@
 //! `canloop replay`: lets the stack do again what a log holds.
 
 mod comparison;
+mod onto;
 mod origin;
 mod same;
 
@@ -20,18 +21,22 @@ Examples:
   canloop replay run.mcap --set controller.kp_per_s2=0.7
                                                     what would be sent with another gain
   canloop replay run.mcap --config robot.toml --tolerance torque_sent_right_nm=0.5 --report replay.html
+  canloop replay drive.log --onto vcan0             play the frames of any log onto a bus
+  canloop replay drive.blf --onto can0 --from-bus can1 --speed 0.5 --loop 10
 
 The log says what went into the stack: frames, wake-ups with all their jitter, what
 the operator wanted; and it has the configuration with it. All that goes into a
 stack of today in the same order, as fast as it can. Nothing is sent anywhere.
 
-With another configuration the stack's signals are compared, tick by tick. The
-robot does not answer to it: what it did is what the log holds.
+With another configuration the stack's signals are compared, tick by tick. robot does not answer to it: what it did is what the log holds.
+
+With --onto the frames of one bus of the log, whatever its format, are sent onto a
+bus at their moments, counted from the first: a late one makes none after it late.
 Exit status: 0 all is the same or within its tolerance, 1 something is not, 2 bad
 input.")]
 pub struct Args {
-    /// Log of a run: of canloop drive, or of hil-sim run
-    #[arg(value_name = "FILE.mcap")]
+    /// Log of a run: of canloop drive, or of hil-sim run; with --onto any log
+    #[arg(value_name = "FILE")]
     log: PathBuf,
     /// Robot file or scenario in place of the one in the log
     #[arg(long, value_name = "FILE.toml")]
@@ -45,10 +50,26 @@ pub struct Args {
     /// Write a page with the signals that differ, as recorded and as replayed
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// Play the log's frames onto this bus
+    #[arg(long, value_name = "BUS", conflicts_with_all = ["config", "overrides", "tolerances", "report"])]
+    onto: Option<String>,
+    /// The bus of the log to be played, where it has several
+    #[arg(long, value_name = "NAME", requires = "onto")]
+    from_bus: Option<String>,
+    /// How many times as fast as it was
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "onto")]
+    speed: f64,
+    /// How often to play it
+    #[arg(long = "loop", value_name = "TIMES", default_value_t = 1, requires = "onto",
+        value_parser = clap::value_parser!(u32).range(1..))]
+    times: u32,
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<ExitCode, Problems> {
+    if let Some(bus) = &args.onto {
+        return onto::run(&args.log, bus, args.from_bus.as_deref(), args.speed, args.times);
+    }
     let log = std::fs::read(&args.log)
         .map_err(|error| Problem::bare(format!("cannot read {}: {error}", args.log.display())))?;
     let origin = Origin::find(&log, &args.log, args.config.as_deref(), &args.overrides)?;
