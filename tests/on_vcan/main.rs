@@ -10,6 +10,7 @@ mod card;
 mod frame_lengths;
 mod frames;
 mod link;
+mod listening;
 mod losses;
 mod opening;
 mod outages;

@@ -8,6 +8,7 @@ use nix::libc;
 use nix::sys::socket::{ControlMessageOwned, MsgFlags, TimestampingFlag, recvmsg, setsockopt, sockopt};
 use nix::sys::time::TimeSpec;
 use rustix::event::{PollFd, PollFlags};
+use rustix::net::sockopt::{set_socket_recv_buffer_size, set_socket_recv_buffer_size_force};
 use rustix::net::{RecvAncillaryBuffer, RecvFlags};
 use rustix::time::Timespec;
 use socketcan::{CanFdSocket, CanFilter, Socket as _, SocketOptions as _};
@@ -63,8 +64,13 @@ impl Socket {
         setsockopt(&inner, sockopt::ReceiveTimestampns, &true)?;
         setsockopt(&inner, sockopt::RxqOvfl, &1)?;
         // Less room is no reason to refuse: what does not fit is counted.
-        let room = if tells_origin { LISTENER_BUFFER_BYTES } else { RECEIVE_BUFFER_BYTES };
-        let _ = inner.as_raw_socket().set_recv_buffer_size(room);
+        if tells_origin {
+            // Beyond what the system allows everybody, where we may.
+            let _ = set_socket_recv_buffer_size_force(&inner, LISTENER_BUFFER_BYTES)
+                .or_else(|_| set_socket_recv_buffer_size(&inner, LISTENER_BUFFER_BYTES));
+        } else {
+            let _ = inner.as_raw_socket().set_recv_buffer_size(RECEIVE_BUFFER_BYTES);
+        }
         let mut hardware_clock = None;
         if inner.has_hw_timestamps() {
             let flags =
