@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use super::BAD_INPUT;
-use super::log_file::{complain, open_log, named};
+use super::log_file::{complain, named, open_log};
 use crate::config::{Problem, Problems};
 use crate::traffic::{self, Format};
 

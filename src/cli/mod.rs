@@ -7,6 +7,7 @@ mod convert;
 mod doctor;
 mod drive;
 mod log_file;
+mod show;
 mod stop;
 
 use std::fmt::Display;
@@ -45,6 +46,8 @@ enum Command {
     Budget(budget::Args),
     /// Write a log of a bus in another format
     Convert(convert::Args),
+    /// Look at what is in a log of a bus
+    Show(show::Args),
     /// Print the messages of a drive profile as a Markdown table
     #[command(after_help = "\
 Examples:
@@ -68,6 +71,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Budget(args) => budget::run(&args),
         Command::Convert(args) => convert::run(&args),
+        Command::Show(args) => show::run(&args),
         Command::Messages { profile } => messages(&profile),
     };
     result.unwrap_or_else(|problems| {
