@@ -10,6 +10,7 @@ mod log;
 mod log_file;
 mod repair;
 mod replay;
+mod show;
 mod stop;
 
 use std::fmt::Display;
@@ -54,6 +55,8 @@ enum Command {
     Replay(replay::Args),
     /// Make a log that breaks off one that all readers open
     Repair(repair::Args),
+    /// Look at what is in a log of a bus
+    Show(show::Args),
     /// Print the messages of a drive profile as a Markdown table
     #[command(after_help = "\
 Examples:
@@ -80,6 +83,7 @@ pub fn main() -> ExitCode {
         Command::Log(args) => log::run(&args),
         Command::Replay(args) => replay::run(&args),
         Command::Repair(args) => repair::run(&args),
+        Command::Show(args) => show::run(&args),
         Command::Messages { profile } => messages(&profile),
     };
     result.unwrap_or_else(|problems| {

@@ -10,6 +10,8 @@ pub(super) struct Window<R> {
     /// Where in the file the window begins.
     pub offset: u64,
     at_end: bool,
+    /// Of all bytes that the window has moved over, where it is wanted.
+    checksum: Option<crc32fast::Hasher>,
 }
 
 /// Bytes asked of the file at a time.
@@ -18,7 +20,17 @@ const STEP: usize = 64 << 10;
 impl<R: Read> Window<R> {
     /// At the beginning of `reader`.
     pub fn of(reader: R) -> Self {
-        Self { reader, buffer: Vec::new(), start: 0, offset: 0, at_end: false }
+        Self { reader, buffer: Vec::new(), start: 0, offset: 0, at_end: false, checksum: None }
+    }
+
+    /// The same, keeping the CRC-32 of what it moves over.
+    pub fn with_checksum(self) -> Self {
+        Self { checksum: Some(crc32fast::Hasher::new()), ..self }
+    }
+
+    /// The CRC-32 of all that the window has moved over.
+    pub fn checksum(&self) -> Option<u32> {
+        self.checksum.clone().map(crc32fast::Hasher::finalize)
     }
 
     /// What is in the window: at least `wanted` bytes, unless the file ends.
@@ -36,6 +48,9 @@ impl<R: Read> Window<R> {
     /// Moves the window on by at most what is in it.
     pub fn consume(&mut self, count: usize) {
         let count = count.min(self.buffer.len() - self.start);
+        if let Some(checksum) = &mut self.checksum {
+            checksum.update(&self.buffer[self.start..self.start + count]);
+        }
         self.start += count;
         self.offset += count as u64;
     }

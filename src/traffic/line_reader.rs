@@ -17,8 +17,8 @@ pub(super) trait LineFormat {
         None
     }
 
-    /// Whether a line that says a record is whole without the end of line, as
-    /// where the line gives its length.
+    /// Whether the latest line, which said a record, would not have said it had
+    /// its end been missing, as where a line gives the length of its data.
     fn tells_cut_lines(&self) -> bool {
         true
     }
@@ -59,11 +59,13 @@ impl<R: Read, F: LineFormat> LineReader<R, F> {
             }
         };
         let end = text.len() as u64 + 1;
+        // The first digit of a byte whose second is missing is a number, too.
+        let ends_in_a_digit = matches!(text.trim_ascii_end(), [.., b' ', _]);
         let said = self.format.line(text, &mut self.buses);
         let place = |column| Place::Line { line: self.lines.number, column };
         match said {
             Ok(Some(record)) => {
-                if !ended && !self.format.tells_cut_lines() {
+                if !ended && (ends_in_a_digit || !self.format.tells_cut_lines()) {
                     let title = "the file ends in the middle of a line: its last frame may be cut short";
                     self.waiting = Some(Finding::warning(place(end), title));
                 }

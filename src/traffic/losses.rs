@@ -102,7 +102,7 @@ impl Loss {
                 format!("{name} cannot keep the names of all buses: {count} records will be read under another")
             }
             Self::Nanoseconds(most) => {
-                format!("{name} keeps coarser stamps: up to {} cut off {count} of them", time(most))
+                format!("{name} keeps coarser stamps: {count} were cut down, by up to {}", time(most))
             }
             Self::EarlierStamps => {
                 format!("{name} holds no stamps before its first: {count} earlier ones were put there")

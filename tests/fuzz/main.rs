@@ -6,4 +6,5 @@
 
 mod dbc_text;
 mod harness;
+mod logs;
 mod profile_toml;

@@ -42,7 +42,8 @@ impl Asc {
                 .ok_or_else(|| word.problem("a byte of data"))?;
         }
         let flags = words.nth(2).and_then(|word| number::hex(word.text)).unwrap_or(FLAG_FD);
-        let recorded = if flags & FLAG_FD != 0 {
+        self.latest_is_fd = true;
+        let recorded = if flags & FLAG_FD != 0 || len > 8 {
             socketcan::fd(id, switch, error_passive, &data[..len])
                 .ok_or_else(|| length.problem("a length that CAN FD frames can have"))?
         } else {

@@ -27,11 +27,21 @@ pub(super) struct Asc {
     radix: u32,
     /// Requests to send, which are no frames yet.
     requests: u64,
+    /// Whether the latest frame was on a line for CAN FD, whose flags stand
+    /// behind the data.
+    latest_is_fd: bool,
 }
 
 impl Default for Asc {
     fn default() -> Self {
-        Self { start: Instant::ZERO, now: Instant::ZERO, is_relative: false, radix: 16, requests: 0 }
+        Self {
+            start: Instant::ZERO,
+            now: Instant::ZERO,
+            is_relative: false,
+            radix: 16,
+            requests: 0,
+            latest_is_fd: false,
+        }
     }
 }
 
@@ -85,6 +95,7 @@ impl Asc {
         let nanos = Duration::from_nanos(time.nanos(0)?);
         self.now = if self.is_relative { self.now + nanos } else { self.start + nanos };
         let Some(word) = words.next() else { return Ok(None) };
+        self.latest_is_fd = false;
         let (number, event) = if word.text == b"CANFD" {
             let number = words.expect("the number of a bus")?;
             (number, self.fd_event(words)?)
@@ -138,6 +149,10 @@ impl LineFormat for Asc {
             return self.event(&first, &mut words, buses);
         }
         self.header(&first, &mut words).map(|()| None)
+    }
+
+    fn tells_cut_lines(&self) -> bool {
+        !self.latest_is_fd
     }
 
     fn remark(&mut self) -> Option<&'static str> {

@@ -7,16 +7,19 @@ use crate::traffic::socketcan::{self, BIT_RATE_SWITCH, ERROR_PASSIVE};
 use crate::traffic::words::{LineProblem, Word, Words};
 use crate::traffic::{Buses, Content, Direction, number};
 
-/// The rest of a line.
-pub(super) fn frame(words: &mut Words<'_>, buses: &mut Buses) -> Result<(u16, Direction, Content), LineProblem> {
+/// The rest of a line; not all say who sent the frame.
+pub(super) fn frame(
+    words: &mut Words<'_>,
+    buses: &mut Buses,
+) -> Result<(u16, Option<Direction>, Content), LineProblem> {
     let name = words.expect("the name of a bus")?;
     let frame = words.expect("a frame, as in 123#DEADBEEF")?;
     let content = content(&frame)?;
     let direction = match words.next() {
-        None => Direction::Received,
+        None => None,
         Some(word) => match word.text {
-            b"R" | b"r" => Direction::Received,
-            b"T" | b"t" => Direction::Sent,
+            b"R" | b"r" => Some(Direction::Received),
+            b"T" | b"t" => Some(Direction::Sent),
             _ => return Err(word.problem("the end of the line, or R or T")),
         },
     };

@@ -28,8 +28,12 @@ pub(super) struct Candump {
     bus: Option<u16>,
     /// Whether it has been said that there are frames without a stamp.
     said_unstamped: bool,
-    /// Whether the latest frame could have been longer: the log form does not
-    /// say its length.
+    /// Which form the latest stamped line has.
+    in_log_form: bool,
+    /// Whether lines say who sent their frame.
+    says_directions: bool,
+    /// Whether the latest line could have been longer: the log form does not
+    /// say the length of a frame.
     may_be_cut: bool,
 }
 
@@ -37,7 +41,15 @@ impl Candump {
     /// To read a file that begins with `head`.
     pub fn new(head: &[u8]) -> Self {
         let (stamps, now) = (Stamps::guess(head), Instant::ZERO);
-        Self { stamps, now, bus: None, said_unstamped: false, may_be_cut: false }
+        Self {
+            stamps,
+            now,
+            bus: None,
+            said_unstamped: false,
+            in_log_form: false,
+            says_directions: false,
+            may_be_cut: false,
+        }
     }
 
     fn dispatch(&mut self, line: &[u8], buses: &mut Buses) -> Result<Option<Record>, LineProblem> {
@@ -67,16 +79,19 @@ impl Candump {
             problem
         };
         let mut words = Words::of(rest);
-        let in_log_form = memchr::memchr(b'#', rest).is_some();
-        let (bus, direction, content) = match in_log_form {
-            true => log_line::frame(&mut words, buses).map_err(further)?,
-            false => screen_line::frame(&mut words, buses).map_err(further)?,
-        };
-        self.may_be_cut = in_log_form && could_be_longer(&content);
-        self.now = match in_log_form {
-            true => Instant::from_nanos(nanos),
-            false => self.stamps.moment(self.now, nanos),
-        };
+        let has_hash = memchr::memchr(b'#', rest).is_some();
+        self.in_log_form = has_hash || self.in_log_form && memchr::memchr(b'[', rest).is_none();
+        if !self.in_log_form {
+            let (bus, direction, content) = screen_line::frame(&mut words, buses).map_err(further)?;
+            self.may_be_cut = false;
+            self.now = self.stamps.moment(self.now, nanos);
+            return Ok(Record { at: self.now, bus, direction, content });
+        }
+        let (bus, said, content) = log_line::frame(&mut words, buses).map_err(further)?;
+        self.says_directions |= said.is_some();
+        self.may_be_cut = said.is_none() && (self.says_directions || could_be_longer(&content));
+        self.now = Instant::from_nanos(nanos);
+        let direction = said.unwrap_or_default();
         Ok(Record { at: self.now, bus, direction, content })
     }
 
@@ -139,7 +154,7 @@ fn could_be_longer(content: &Content) -> bool {
     match content {
         Content::Frame(recorded) if recorded.is_fd() => recorded.frame.len() < Frame::CAPACITY,
         Content::Frame(recorded) => recorded.frame.len() < 8,
-        _ => false,
+        _ => true,
     }
 }
 

@@ -79,7 +79,7 @@ impl LineFormat for Csv {
     }
 
     fn tells_cut_lines(&self) -> bool {
-        !matches!(self.dialect, Some(Dialect::Python | Dialect::Gvret))
+        !matches!(self.dialect, Some(Dialect::Gvret))
     }
 }
 
@@ -118,7 +118,7 @@ fn ours(cells: &mut Cells<'_>, buses: &mut Buses) -> Result<Record, LineProblem>
             let recorded = socketcan::fd(can_id()?, switch, passive, bytes);
             Content::Frame(recorded.ok_or_else(|| digits.problem("data as long as CAN FD frames can be"))?)
         }
-        b"error" => {
+        b"error" if len == 8 => {
             let class = id.word().number(16, "the classes of an error")? | ErrorFrame::FLAG;
             socketcan::error_in(class, bytes).map_or(Content::Error(ErrorFrame::UNSPECIFIED), Content::Error)
         }
@@ -126,7 +126,7 @@ fn ours(cells: &mut Cells<'_>, buses: &mut Buses) -> Result<Record, LineProblem>
             let lost = dlc.word().decimal("how many frames were lost")?;
             Content::Lost(u32::try_from(lost).map_err(|_| dlc.word().problem("how many frames were lost"))?)
         }
-        b"data" | b"fd" => return Err(digits.problem("as much data as the length code says")),
+        b"data" | b"fd" | b"error" => return Err(digits.problem("as much data as the length code says")),
         _ => return Err(kind.word().problem("data, remote, fd, error or lost")),
     };
     let bus = buses.index(&String::from_utf8_lossy(&name.text));

@@ -42,6 +42,10 @@ struct State {
     latest: Instant,
     /// Frames that the log says it has lost.
     lost: u64,
+    /// Messages found, and how many the log says there are.
+    messages: u64,
+    stated_messages: Option<u64>,
+    is_wrong: bool,
 }
 
 type Item = Result<Record, Finding>;
@@ -50,7 +54,7 @@ impl<R: Read> McapReader<R> {
     /// Reads `reader`.
     pub fn new(reader: R) -> Self {
         Self {
-            file: Window::of(reader),
+            file: Window::of(reader).with_checksum(),
             has_begun: false,
             state: State::default(),
             chunk: Vec::new(),
@@ -80,12 +84,19 @@ impl<R: Read> McapReader<R> {
         match opcode {
             op::FOOTER => {
                 self.ended = true;
-                Ok(self.lost())
+                let all = PREFIX_BYTES + len.min(LONGEST) as usize + mcap::MAGIC.len();
+                let is_whole = self.file.fill(all)?.get(..all).is_some_and(|end| end.ends_with(mcap::MAGIC));
+                let cut = || {
+                    let title = "the file ends in its last record, but all messages are there";
+                    (!is_whole).then(|| Err(Finding::warning(Place::Byte(offset), title)))
+                };
+                Ok(self.state.what_is_missing(offset).or_else(|| self.lost()).or_else(cut))
             }
-            op::CHUNK | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA if len <= LONGEST => {
+            op::DATA_END if len <= LONGEST => self.data_end(offset, len as usize),
+            op::CHUNK | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::STATISTICS if len <= LONGEST => {
                 self.whole_record(offset, opcode, len as usize)
             }
-            op::HEADER | op::MESSAGE_INDEX..=op::DATA_END | 0x80.. if len < u64::MAX / 2 => {
+            op::HEADER | op::MESSAGE_INDEX..op::DATA_END | 0x80.. if len < u64::MAX / 2 => {
                 match self.file.skip(PREFIX_BYTES as u64 + len)? {
                     true => Ok(None),
                     false => Ok(self.give_up(offset, "the file ends in the middle of this record")),
@@ -110,6 +121,17 @@ impl<R: Read> McapReader<R> {
         };
         self.file.consume(all);
         Ok(item)
+    }
+
+    /// Compares the checksum of all before with what it should be, if that is known.
+    fn data_end(&mut self, offset: u64, len: usize) -> io::Result<Option<Item>> {
+        let is = self.file.checksum();
+        let body = self.file.fill(PREFIX_BYTES + len)?.get(PREFIX_BYTES..).unwrap_or_default();
+        let should_be = u32_at(body, 0);
+        self.file.consume(PREFIX_BYTES + len);
+        let is_damaged = should_be != 0 && is != Some(should_be) && !self.state.is_wrong;
+        let title = "the checksum of the whole log is wrong: something in it is damaged";
+        Ok(is_damaged.then(|| Err(Finding::error(Place::Byte(offset), title))))
     }
 
     fn record_in_chunk(&mut self) -> Option<Item> {
@@ -142,9 +164,10 @@ impl<R: Read> McapReader<R> {
 impl State {
     fn record(&mut self, opcode: u8, body: &[u8], place: Place) -> Option<Item> {
         if opcode == op::MESSAGE {
+            self.messages += 1;
             return self.message(body, place);
         }
-        if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::METADATA) {
+        if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::METADATA | op::STATISTICS) {
             return None;
         }
         match mcap::parse_record(opcode, body) {
@@ -154,10 +177,18 @@ impl State {
                 let lost = metadata.metadata.get("events_lost").and_then(|lost| lost.parse().ok());
                 self.lost = lost.unwrap_or(0);
             }
+            Ok(McapRecord::Statistics(statistics)) => self.stated_messages = Some(statistics.message_count),
             Ok(_) => {}
             Err(error) => return Some(Err(Finding::error(place, format!("a record cannot be read: {error}")))),
         }
         None
+    }
+
+    /// At the end: that messages have gone missing without a trace.
+    fn what_is_missing(&self, offset: u64) -> Option<Item> {
+        let (found, stated) = (self.messages, self.stated_messages?);
+        let title = format!("the log says that it has {stated} messages, but {found} were found");
+        (found != stated && !self.is_wrong).then(|| Err(Finding::error(Place::Byte(offset), title)))
     }
 
     fn message(&mut self, body: &[u8], place: Place) -> Option<Item> {
@@ -226,8 +257,9 @@ impl<R: Read> Iterator for McapReader<R> {
                 self.ended = true;
                 Some(Err(Finding::error(Place::Byte(self.file.offset), format!("cannot read on: {error}"))))
             });
-            if step.is_some() {
-                return step;
+            if let Some(item) = step {
+                self.state.is_wrong |= item.is_err();
+                return Some(item);
             }
         }
         None
