@@ -10,6 +10,7 @@ mod log;
 mod log_file;
 mod repair;
 mod replay;
+mod report;
 mod show;
 mod stop;
 
@@ -53,6 +54,8 @@ enum Command {
     Log(log::Args),
     /// Let the stack do again what a log holds, and compare
     Replay(replay::Args),
+    /// Make a page of a log
+    Report(report::Args),
     /// Make a log that breaks off one that all readers open
     Repair(repair::Args),
     /// Look at what is in a log of a bus
@@ -82,6 +85,7 @@ pub fn main() -> ExitCode {
         Command::Convert(args) => convert::run(&args),
         Command::Log(args) => log::run(&args),
         Command::Replay(args) => replay::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Repair(args) => repair::run(&args),
         Command::Show(args) => show::run(&args),
         Command::Messages { profile } => messages(&profile),

@@ -14,7 +14,7 @@ use super::chunk_queue::ChunkQueue;
 use super::descriptor::foxglove_log;
 use super::file::LogFile;
 use super::protobuf::{Level, put_log};
-use super::{LogError, LogReport, LoggedBus};
+use super::{LogError, LogReport, LoggedBus, NOTICES_TOPIC};
 use crate::time::Instant;
 
 /// Frames being written to an MCAP file, in the channels of
@@ -53,7 +53,7 @@ impl FrameLog {
         let mut channels = Channels::default();
         let schemas = FrameSchemas::new(&mut channels)?;
         let log = channels.schema("foxglove.Log", "protobuf", &foxglove_log())?;
-        let notices = channels.channel(log, "/canloop/notices".to_owned(), "protobuf", BTreeMap::new())?;
+        let notices = channels.channel(log, NOTICES_TOPIC.to_owned(), "protobuf", BTreeMap::new())?;
         let failed = Arc::new(AtomicBool::new(false));
         let start = || {
             let mut file = LogFile::create(path)?;

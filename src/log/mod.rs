@@ -33,5 +33,11 @@ pub use repair::{Repaired, examine, repair};
 /// The topic of the stack's own state.
 pub const STACK_TOPIC: &str = "/canloop/stack";
 
+/// The topic of how punctual a loop was.
+pub const LOOP_TOPIC: &str = "/canloop/loop";
+
+/// The topic of lines for people.
+pub const NOTICES_TOPIC: &str = "/canloop/notices";
+
 /// The topic of what went into the stack and came out of it.
 pub const EXCHANGE_TOPIC: &str = "/canloop/exchange";

@@ -17,7 +17,7 @@ use super::descriptor::{flat_message, foxglove_log};
 use super::exchange::{EXCHANGE_FIELDS, put_exchange};
 use super::file::LogFile;
 use super::protobuf::{Level, put_doubles, put_log};
-use super::{EXCHANGE_TOPIC, LogContents, LogError, STACK_TOPIC};
+use super::{EXCHANGE_TOPIC, LOOP_TOPIC, LogContents, LogError, NOTICES_TOPIC, STACK_TOPIC};
 use crate::event::{Event, Mark, Notice, Sink, Tick, Timing, Truth};
 use crate::time::Instant;
 
@@ -57,12 +57,12 @@ impl Writer {
         let buses = buses?;
         let stack = doubles_channel(&mut channels, STACK_TOPIC, "Stack", &Tick::NAMES)?;
         let truth = doubles_channel(&mut channels, "/canloop/truth", "Truth", &Truth::NAMES)?;
-        let timing = doubles_channel(&mut channels, "/canloop/loop", "Loop", &Timing::NAMES)?;
+        let timing = doubles_channel(&mut channels, LOOP_TOPIC, "Loop", &Timing::NAMES)?;
         let exchange = flat_message("canloop", "Exchange", &EXCHANGE_FIELDS);
         let exchange = channels.schema("canloop.Exchange", "protobuf", &exchange)?;
         let exchange = channels.channel(exchange, EXCHANGE_TOPIC.to_owned(), "protobuf", BTreeMap::new())?;
         let log = channels.schema("foxglove.Log", "protobuf", &foxglove_log())?;
-        let notices = channels.channel(log, "/canloop/notices".to_owned(), "protobuf", BTreeMap::new())?;
+        let notices = channels.channel(log, NOTICES_TOPIC.to_owned(), "protobuf", BTreeMap::new())?;
 
         let start = || {
             let mut file = LogFile::create(path)?;

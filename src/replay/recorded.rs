@@ -7,11 +7,11 @@ use mcap::McapError;
 use mcap::read::{ChunkFlattener, Options};
 use mcap::records::Record;
 use prost::bytes::Buf;
-use prost::encoding::{DecodeContext, WireType, decode_key, double, skip_field};
+use prost::encoding::{DecodeContext, WireType, decode_key, double, skip_field, string};
 
-use crate::event::Tick;
+use crate::event::{Tick, Timing};
 use crate::exchange::Exchange;
-use crate::log::{EXCHANGE_TOPIC, STACK_TOPIC, exchange_from};
+use crate::log::{EXCHANGE_TOPIC, LOOP_TOPIC, NOTICES_TOPIC, STACK_TOPIC, exchange_from};
 
 /// Goes through a log. One that was never ended is read as far as its whole
 /// chunks reach; [`Self::is_cut`] says so then.
@@ -35,12 +35,18 @@ pub enum RecordedItem<'l> {
     Exchange(Exchange),
     /// The stack's own state after a tick, as in [`Tick::values`].
     Tick(Box<[f64; Tick::NAMES.len()]>),
+    /// How punctual a loop was in a period, as in [`Timing::values`].
+    Timing(Box<[f64; Timing::NAMES.len()]>),
+    /// A line for people: when, ns; its kind; its text.
+    Notice(u64, String, String),
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Topic {
     Exchange,
     Stack,
+    Loop,
+    Notices,
 }
 
 impl<'l> Recorded<'l> {
@@ -68,6 +74,8 @@ impl<'l> Recorded<'l> {
                 let topic = match channel.topic.as_str() {
                     EXCHANGE_TOPIC => Topic::Exchange,
                     STACK_TOPIC => Topic::Stack,
+                    LOOP_TOPIC => Topic::Loop,
+                    NOTICES_TOPIC => Topic::Notices,
                     _ => return Ok(None),
                 };
                 self.topics.insert(channel.id, topic);
@@ -76,7 +84,12 @@ impl<'l> Recorded<'l> {
             Record::Attachment { header, data, .. } => Ok(Some(RecordedItem::Attachment { name: header.name, data })),
             Record::Message { header, data } => match self.topics.get(&header.channel_id) {
                 Some(Topic::Exchange) => exchange_from(&data).map(RecordedItem::Exchange).map(Some),
-                Some(Topic::Stack) => tick(&data).map(RecordedItem::Tick).map(Some),
+                Some(Topic::Stack) => doubles(&data).map(RecordedItem::Tick).map(Some),
+                Some(Topic::Loop) => doubles(&data).map(RecordedItem::Timing).map(Some),
+                Some(Topic::Notices) => {
+                    let (kind, text) = notice(&data)?;
+                    Ok(Some(RecordedItem::Notice(header.log_time, kind, text)))
+                }
                 None => Ok(None),
             },
             _ => Ok(None),
@@ -104,8 +117,9 @@ impl<'l> Iterator for Recorded<'l> {
     }
 }
 
-fn tick(mut message: &[u8]) -> Result<Box<[f64; Tick::NAMES.len()]>, String> {
-    let mut values = Box::new([f64::NAN; Tick::NAMES.len()]);
+/// Fields numbered from 1; one that is missing is no number.
+fn doubles<const N: usize>(mut message: &[u8]) -> Result<Box<[f64; N]>, String> {
+    let mut values = Box::new([f64::NAN; N]);
     while message.has_remaining() {
         let mut field = || {
             let (number, wire): (u32, WireType) = decode_key(&mut message)?;
@@ -117,4 +131,21 @@ fn tick(mut message: &[u8]) -> Result<Box<[f64; Tick::NAMES.len()]>, String> {
         field().map_err(|error: prost::DecodeError| error.to_string())?;
     }
     Ok(values)
+}
+
+/// Name and message of a `foxglove.Log`.
+fn notice(mut message: &[u8]) -> Result<(String, String), String> {
+    let (mut kind, mut text) = (String::new(), String::new());
+    while message.has_remaining() {
+        let mut field = || {
+            let (number, wire): (u32, WireType) = decode_key(&mut message)?;
+            match number {
+                3 => string::merge(wire, &mut text, &mut message, DecodeContext::default()),
+                4 => string::merge(wire, &mut kind, &mut message, DecodeContext::default()),
+                _ => skip_field(wire, number, &mut message, DecodeContext::default()),
+            }
+        };
+        field().map_err(|error: prost::DecodeError| error.to_string())?;
+    }
+    Ok((kind, text))
 }

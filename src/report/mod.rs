@@ -15,6 +15,7 @@
 //! ```
 
 mod chart;
+mod curve;
 mod decimate;
 mod legend;
 mod markup;
@@ -24,6 +25,7 @@ mod svg;
 mod table;
 
 pub use chart::{Chart, Role, Series, Stroke};
+pub use curve::Curve;
 pub use markup::Markup;
 pub use page::{Figure, Page, Section};
 pub use table::{Badge, Cell, Column, Table};

@@ -4,12 +4,12 @@ use std::borrow::Cow;
 
 use canloop::event::{BusFrame, Event, Mark, Sink, Tick, Truth};
 use canloop::frame::CanId;
+use canloop::report::Curve;
 use canloop::robot::Pose;
 use canloop::schema::{DriveState, Message, Profile};
 use canloop::time::Instant;
 use canloop::wheels::Wheels;
 
-use super::curve::Curve;
 use crate::scenario::{Link, Scenario};
 use crate::wire::BitRates;
 

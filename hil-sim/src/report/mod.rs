@@ -2,7 +2,6 @@
 //! file, annotations.
 
 pub mod annotation;
-mod curve;
 mod expectations;
 mod history;
 pub mod junit;

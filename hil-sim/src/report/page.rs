@@ -1,6 +1,6 @@
 //! The page of a run.
 
-use canloop::report::{Cell, Chart, Column, Figure, Page, Role, Section, Series, Stroke, Table};
+use canloop::report::{Cell, Chart, Column, Curve, Figure, Page, Role, Section, Series, Stroke, Table};
 use canloop::robot::Pose;
 use canloop::schema::DriveState;
 
@@ -97,7 +97,7 @@ fn position_error(history: &History) -> Chart {
 
 fn torque(scenario: &Scenario, history: &History) -> Chart {
     let limit_nm = scenario.stack.safety.torque_limit_nm;
-    let line = |name, role, curve: &super::curve::Curve| Series::new(name, role, Stroke::Solid, curve.clone().points());
+    let line = |name, role, curve: &Curve| Series::new(name, role, Stroke::Solid, curve.clone().points());
     over_time("Torque sent", history)
         .y_axis("torque", "N m")
         .limit("limit", limit_nm)

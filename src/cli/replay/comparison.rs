@@ -54,7 +54,7 @@ impl Comparison {
                         }
                     }
                 }
-                RecordedItem::Attachment { .. } => {}
+                _ => {}
             }
         }
         let is_within = tell(&deviations, name);

@@ -3,7 +3,7 @@
 /// The least and the greatest sample of each stretch of time, so that no spike
 /// is lost. Stretches get longer as the run does.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Curve {
+pub struct Curve {
     /// At first every sample is kept.
     stretch_s: f64,
     /// The stretch that is going on.
