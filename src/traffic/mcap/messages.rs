@@ -29,9 +29,12 @@ pub(super) fn parse(layout: Layout, bytes: &[u8]) -> Result<Message<'_>, &'stati
     }
 }
 
+/// Stamp, name of the bus, and what is behind them.
+type RosHead<'m> = (Option<Instant>, Option<&'m str>, &'m [u8]);
+
 /// The head of ROS messages and what is behind it: the encoding, which must
 /// be little-endian CDR, then seconds, nanoseconds, the name of the bus.
-fn ros_head(bytes: &[u8]) -> Result<(Option<Instant>, Option<&str>, &[u8]), &'static str> {
+fn ros_head(bytes: &[u8]) -> Result<RosHead<'_>, &'static str> {
     if bytes.len() < 16 {
         return Err(SHORT);
     }
@@ -87,10 +90,10 @@ fn error(class: u32, data: &[u8]) -> ErrorFrame {
 /// The frames lost before a moment.
 fn lost(bytes: &[u8]) -> Result<Message<'static>, &'static str> {
     let mut frames = 0;
-    fields(bytes, |number, value| match (number, value) {
-        (1, Value::Number(value)) => frames = value,
-        // How many it were until then.
-        _ => {}
+    fields(bytes, |number, value| {
+        if let (1, Value::Number(value)) = (number, value) {
+            frames = value;
+        }
     })?;
     let content = Content::Lost(u32::try_from(frames).unwrap_or(u32::MAX));
     Ok(Message { at: None, bus: None, direction: None, content })

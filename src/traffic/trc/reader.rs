@@ -82,11 +82,11 @@ impl Trc {
             if let (Some(nanos), false) = (nanos, self.has_start) {
                 self.start = Instant::from_nanos(nanos);
             }
-        } else if let Some((number, name)) = text.strip_prefix("Bus ").and_then(|rest| rest.split_once(" = ")) {
-            if let Ok(number) = number.parse() {
-                // Where there are too many, the numbers are as good as names.
-                let _ = buses.declare(number, name.trim());
-            }
+        } else if let Some((number, name)) = text.strip_prefix("Bus ").and_then(|rest| rest.split_once(" = "))
+            && let Ok(number) = number.parse()
+        {
+            // Where there are too many, the numbers are as good as names.
+            let _ = buses.declare(number, name.trim());
         }
     }
 
