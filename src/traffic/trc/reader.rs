@@ -199,7 +199,6 @@ impl Trc {
 
 impl LineFormat for Trc {
     fn line(&mut self, line: &[u8], buses: &mut Buses) -> Result<Option<Record>, LineProblem> {
-        let line = line.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(line);
         match line.trim_ascii() {
             [] => Ok(None),
             comment @ [b';', ..] => self.header(&String::from_utf8_lossy(comment), buses).map(|()| None),
