@@ -60,13 +60,16 @@ impl Busmaster {
         Ok(())
     }
 
-    /// `14:19:36:6265`: tenths of milliseconds come last.
+    /// `14:19:36:6265`: tenths of milliseconds come last, and milliseconds in
+    /// what SavvyCAN writes, which has no four digits there.
     fn moment(&mut self, word: &Word<'_>) -> Result<Instant, LineProblem> {
         let parts: Option<Vec<u64>> = word.text.split(|&byte| byte == b':').map(number::decimal).collect();
         let parts = parts.filter(|parts| parts.iter().all(|part| *part < 1_000_000));
-        let Some(&[hours, minutes, seconds, tenths]) = parts.as_deref() else {
+        let Some(&[hours, minutes, seconds, fraction]) = parts.as_deref() else {
             return Err(word.problem("a time, as in 14:19:36:6265"));
         };
+        let digits = word.text.rsplit(|&byte| byte == b':').next().map_or(0, <[u8]>::len);
+        let tenths = if digits < 4 { 10 * fraction } else { fraction };
         let tenths = ((hours * 60 + minutes) * 60 + seconds) * 10_000 + tenths;
         let span = Duration::from_nanos(tenths as i64 * 100_000);
         self.now = match self.mode {

@@ -8,7 +8,6 @@ use crate::time::Instant;
 use crate::traffic::socketcan::{can_id, classic};
 
 /// Reads it.
-#[derive(Default)]
 pub(super) struct CarBus;
 
 impl LineFormat for CarBus {

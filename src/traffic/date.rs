@@ -111,10 +111,9 @@ impl Date {
             // PCAN writes milliseconds and, behind another point, their tenths.
             Some(seconds) => {
                 let mut seconds = seconds.to_vec();
-                if let Some(last) = seconds.iter().rposition(|&byte| byte == b'.') {
-                    if seconds[..last].contains(&b'.') {
-                        seconds.remove(last);
-                    }
+                let mut points = seconds.iter().enumerate().filter(|(_, byte)| **byte == b'.').map(|(at, _)| at);
+                if let (Some(_), Some(second)) = (points.next(), points.next()) {
+                    seconds.remove(second);
                 }
                 number::nanos(&seconds, 0).filter(|nanos| (0..=60 * NANOS_IN_S).contains(nanos))?
             }

@@ -47,15 +47,20 @@ impl<R: Read> Lines<R> {
         let found = self.find()?;
         let start = if matches!(found, Found::Nothing) { start } else { self.waiting.start };
         self.number += u64::from(!matches!(found, Found::Nothing));
+        let text = |start: usize, end: usize| {
+            let text = &self.buffer[start..end];
+            // Some editors put a mark at the beginning of a file.
+            if self.number == 1 { text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text) } else { text }
+        };
         Ok(match found {
             Found::Whole { end, next } => {
                 self.waiting.start = next;
-                Some(Line::Whole(&self.buffer[start..end]))
+                Some(Line::Whole(text(start, end)))
             }
             Found::Unended => {
                 let end = self.waiting.end;
                 self.waiting.start = end;
-                Some(Line::Unended(&self.buffer[start..end]))
+                Some(Line::Unended(text(start, end)))
             }
             Found::TooLong => Some(Line::TooLong),
             Found::Nothing => None,
@@ -151,6 +156,7 @@ mod tests {
         assert_eq!(all(b"a\nb\r\nc\rd\r\r\n\ne"), ["a", "b", "c", "d", "", "", "e..."]);
         assert_eq!(all(b""), [""; 0]);
         assert_eq!(all(b"a\r"), ["a"]);
+        assert_eq!(all(b"\xEF\xBB\xBFa\n\xEF\xBB\xBFb\n"), ["a", "\u{FEFF}b"]);
     }
 
     #[test]

@@ -76,7 +76,7 @@ fn reader(format: Format, head: &[u8], input: impl Read + 'static) -> Box<dyn Re
         Format::Csv | Format::CsvPython => lines(input, csv::Csv::default()),
         Format::Mcap => Box::new(mcap::McapReader::new(input)),
         Format::Busmaster => lines(input, busmaster::Busmaster::default()),
-        Format::CarBus => lines(input, carbus::CarBus::default()),
+        Format::CarBus => lines(input, carbus::CarBus),
     }
 }
 

@@ -246,7 +246,7 @@ fn busmaster_and_carbus_analyzer() {
                      ***START DATABASE FILES (DBF/DBC)***\nC:\\a.dbf\n***END DATABASE FILES (DBF/DBC)***\n\
                      ***<Time><Tx/Rx><Channel><CAN ID><Type><DLC><DataBytes>***\n\
                      23:59:59:6265 Rx 1 0x21A s 2 FE 36\n00:00:01:0000 Tx 2 0x18FEF1FE x 0\n00:00:01:0001 Rx 1 0x21A sr 4\n\
-                     00:00:01:0002 Rx 1 ERR\n00:00:01:0003 Rx 1 0x1 s-fd 12 0 1 2 3 4 5 6 7 8 9 A B\n***[STOP LOGGING SESSION]***\n";
+                     00:00:01:0002 Rx 1 ERR\n00:00:01:0003 Rx 1 0x1 s-fd 12 0 1 2 3 4 5 6 7 8 9 A B\n0:0:1:4 Rx 1 0x1 s 0\n***[STOP LOGGING SESSION]***\n";
     assert_eq!(
         lines("x.log", busmaster),
         [
@@ -255,6 +255,7 @@ fn busmaster_and_carbus_analyzer() {
             "1585267201000100000 can0 Received 21A#R4",
             "1585267201000200000 can0 Received error 80 [00, 00, 00, 00, 00, 00, 00, 00]",
             "1585267201000300000 can0 Received 001##0000102030405060708090A0B",
+            "1585267201004000000 can0 Received 001#",
         ]
     );
     let carbus = "@ TEXT @ 2 @ 64 @ 0 @ 55 @ 10078 @ 00:00:10.078 @\r46,016\t1\t0004\t45A\t2\t5A 04\t00000000\tZ \t\r";

@@ -94,15 +94,17 @@ impl<R: Read> BlfReader<R> {
         Ok(Some(Err(Finding::error(Place::Byte(0), title))))
     }
 
+    /// Passes over what is left of an object of no interest, and over what
+    /// fills up behind objects.
     fn skip_padding(&mut self) {
-        let waiting = &self.bytes[self.at..];
-        let skipped = if self.to_skip > 0 {
-            waiting.len().min(usize::try_from(self.to_skip).unwrap_or(usize::MAX))
-        } else {
-            waiting.iter().take(PADDING).take_while(|byte| **byte == 0).count()
-        };
-        self.to_skip = self.to_skip.saturating_sub(skipped as u64);
-        self.advance(skipped);
+        let waiting = self.bytes.len() - self.at;
+        let rest = waiting.min(usize::try_from(self.to_skip).unwrap_or(usize::MAX));
+        self.to_skip -= rest as u64;
+        self.advance(rest);
+        if self.to_skip == 0 {
+            let padding = self.bytes[self.at..].iter().take(PADDING).take_while(|byte| **byte == 0).count();
+            self.advance(padding);
+        }
     }
 
     fn next_object(&self) -> Next {

@@ -39,7 +39,7 @@ enum Dialect {
 
 impl Dialect {
     fn of(header: &[u8]) -> Option<Self> {
-        let header = header.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(header).trim_ascii();
+        let header = header.trim_ascii();
         let begins = |wanted: &str| {
             header.get(..wanted.len()).is_some_and(|begun| begun.eq_ignore_ascii_case(wanted.as_bytes()))
         };

@@ -26,6 +26,8 @@ pub(super) enum Layout {
     RosFd,
     /// `canloop.CanFdFrame` in protobuf.
     Fd,
+    /// `canloop.Lost` in protobuf.
+    Lost,
 }
 
 /// What the schemas and channels so far have said.
@@ -42,6 +44,7 @@ impl Channels {
             FRAME_NAME | "can_msgs/Frame" => Layout::Ros,
             "ros2_socketcan_msgs/msg/FdFrame" => Layout::RosFd,
             "canloop.CanFdFrame" => Layout::Fd,
+            "canloop.Lost" => Layout::Lost,
             _ => return,
         };
         self.schemas.insert(header.id, layout);
@@ -52,13 +55,17 @@ impl Channels {
         let encoding = channel.message_encoding.as_str();
         let layout = match self.schemas.get(&channel.schema_id) {
             Some(layout @ (Layout::Ros | Layout::RosFd)) if encoding == "cdr" => *layout,
-            Some(Layout::Fd) if encoding == "protobuf" => Layout::Fd,
+            Some(layout @ (Layout::Fd | Layout::Lost)) if encoding == "protobuf" => *layout,
             _ => return,
         };
         let sent = channel.metadata.get("direction").is_some_and(|word| word.starts_with("sent"));
         let direction = if sent { Direction::Sent } else { Direction::Received };
         let topic = channel.topic.strip_prefix("/can/").unwrap_or(channel.topic.trim_start_matches('/'));
-        let bus = if layout == Layout::Fd { topic.strip_suffix("/fd").unwrap_or(topic) } else { topic };
+        let bus = match layout {
+            Layout::Fd => topic.strip_suffix("/fd").unwrap_or(topic),
+            Layout::Lost => topic.strip_suffix("/lost").unwrap_or(topic),
+            Layout::Ros | Layout::RosFd => topic,
+        };
         self.channels.insert(channel.id, FrameChannel { layout, bus: bus.to_owned(), direction });
     }
 

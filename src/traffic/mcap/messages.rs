@@ -25,12 +25,16 @@ pub(super) fn parse(layout: Layout, bytes: &[u8]) -> Result<Message<'_>, &'stati
         Layout::Ros => ros(bytes),
         Layout::RosFd => ros_fd(bytes),
         Layout::Fd => fd(bytes),
+        Layout::Lost => lost(bytes),
     }
 }
 
+/// Stamp, name of the bus, and what is behind them.
+type RosHead<'m> = (Option<Instant>, Option<&'m str>, &'m [u8]);
+
 /// The head of ROS messages and what is behind it: the encoding, which must
 /// be little-endian CDR, then seconds, nanoseconds, the name of the bus.
-fn ros_head(bytes: &[u8]) -> Result<(Option<Instant>, Option<&str>, &[u8]), &'static str> {
+fn ros_head(bytes: &[u8]) -> Result<RosHead<'_>, &'static str> {
     if bytes.len() < 16 {
         return Err(SHORT);
     }
@@ -83,41 +87,61 @@ fn error(class: u32, data: &[u8]) -> ErrorFrame {
     error_in(class | ErrorFrame::FLAG, data).unwrap_or(ErrorFrame::UNSPECIFIED)
 }
 
-/// Field by field: a tag and a value.
-fn fd(mut rest: &[u8]) -> Result<Message<'static>, &'static str> {
+/// The frames lost before a moment.
+fn lost(bytes: &[u8]) -> Result<Message<'static>, &'static str> {
+    let mut frames = 0;
+    fields(bytes, |number, value| {
+        if let (1, Value::Number(value)) = (number, value) {
+            frames = value;
+        }
+    })?;
+    let content = Content::Lost(u32::try_from(frames).unwrap_or(u32::MAX));
+    Ok(Message { at: None, bus: None, direction: None, content })
+}
+
+fn fd(bytes: &[u8]) -> Result<Message<'static>, &'static str> {
     let (mut id, mut extended, mut switch, mut sent, mut passive) = (0, false, false, false, false);
     let mut data: &[u8] = &[];
+    fields(bytes, |number, value| match (number, value) {
+        (1, Value::Number(value)) => id = u32::try_from(value).unwrap_or(u32::MAX),
+        (2, Value::Number(value)) => extended = value != 0,
+        (3, Value::Number(value)) => switch = value != 0,
+        (4, Value::Number(value)) => sent = value != 0,
+        (5, Value::Bytes(value)) => data = value,
+        (6, Value::Number(value)) => passive = value != 0,
+        _ => {}
+    })?;
+    let id = can_id(id, extended).ok_or(BAD_ID)?;
+    let recorded: RecordedFrame = socketcan::fd(id, switch, passive, data).ok_or(BAD_LENGTH)?;
+    let direction = if sent { Direction::Sent } else { Direction::Received };
+    Ok(Message { at: None, bus: None, direction: Some(direction), content: Content::Frame(recorded) })
+}
+
+/// What a field of protobuf holds.
+enum Value<'m> {
+    Number(u64),
+    Bytes(&'m [u8]),
+}
+
+/// Gives each field's number and value, but for those of fixed width, which
+/// no layout here has.
+fn fields<'m>(mut rest: &'m [u8], mut take: impl FnMut(u64, Value<'m>)) -> Result<(), &'static str> {
     while !rest.is_empty() {
         let tag = varint(&mut rest).ok_or(SHORT)?;
         match (tag >> 3, tag & 7) {
-            (number, 0) => {
-                let value = varint(&mut rest).ok_or(SHORT)?;
-                match number {
-                    1 => id = u32::try_from(value).map_err(|_| BAD_ID)?,
-                    2 => extended = value != 0,
-                    3 => switch = value != 0,
-                    4 => sent = value != 0,
-                    6 => passive = value != 0,
-                    _ => {}
-                }
-            }
+            (number, 0) => take(number, Value::Number(varint(&mut rest).ok_or(SHORT)?)),
             (number, 2) => {
                 let len = usize::try_from(varint(&mut rest).ok_or(SHORT)?).map_err(|_| SHORT)?;
                 let (value, behind) = rest.split_at_checked(len).ok_or(SHORT)?;
                 rest = behind;
-                if number == 5 {
-                    data = value;
-                }
+                take(number, Value::Bytes(value));
             }
             (_, 1) => rest = rest.get(8..).ok_or(SHORT)?,
             (_, 5) => rest = rest.get(4..).ok_or(SHORT)?,
             _ => return Err("a message is not in protobuf"),
         }
     }
-    let id = can_id(id, extended).ok_or(BAD_ID)?;
-    let recorded: RecordedFrame = socketcan::fd(id, switch, passive, data).ok_or(BAD_LENGTH)?;
-    let direction = if sent { Direction::Sent } else { Direction::Received };
-    Ok(Message { at: None, bus: None, direction: Some(direction), content: Content::Frame(recorded) })
+    Ok(())
 }
 
 /// Seven bits a byte, lowest first.

@@ -40,8 +40,10 @@ struct State {
     channels: Channels,
     buses: Buses,
     latest: Instant,
-    /// Frames that the log says it has lost.
+    /// Frames that the log says at its end it has lost, and those of them
+    /// whose moment it told.
     lost: u64,
+    told: u64,
     /// Messages found, and how many the log says there are.
     messages: u64,
     stated_messages: Option<u64>,
@@ -153,7 +155,8 @@ impl<R: Read> McapReader<R> {
     }
 
     fn lost(&mut self) -> Option<Item> {
-        let lost = u32::try_from(std::mem::take(&mut self.state.lost)).unwrap_or(u32::MAX);
+        let untold = self.state.lost.saturating_sub(self.state.told);
+        let lost = u32::try_from(untold).unwrap_or(u32::MAX);
         (lost > 0).then(|| {
             let content = Content::Lost(lost);
             Ok(Record { at: self.state.latest, bus: 0, direction: Direction::Received, content })
@@ -208,6 +211,9 @@ impl State {
             Err(error) => return wrong(&error.to_string()),
         };
         self.latest = at;
+        if let Content::Lost(count) = message.content {
+            self.told += u64::from(count);
+        }
         Some(Ok(Record { at, bus, direction, content: message.content }))
     }
 }

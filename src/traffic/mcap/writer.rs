@@ -41,11 +41,17 @@ impl McapWriter {
 impl Writer for McapWriter {
     fn put(&mut self, record: &Record, buses: &Buses) -> io::Result<()> {
         let (at, sent_by_stack) = (record.at, record.direction == Direction::Sent);
+        // Of these messages only MCAP itself keeps a stamp, which has no sign.
+        let is_stamped_by_mcap = match &record.content {
+            Content::Frame(recorded) => recorded.is_fd(),
+            Content::Error(_) => false,
+            Content::Lost(_) => true,
+        };
+        if at.as_nanos() < 0 && is_stamped_by_mcap {
+            self.losses.note(Loss::EarlierStamps);
+        }
         match &record.content {
             Content::Frame(recorded) => {
-                if at.as_nanos() < 0 && recorded.is_fd() {
-                    self.losses.note(Loss::EarlierStamps);
-                }
                 let (error_passive, dlc_above_8) = (recorded.error_passive, recorded.dlc_above_8);
                 let frame = LoggedFrame { frame: &recorded.frame, sent_by_stack, error_passive, dlc_above_8 };
                 let bus = self.bus(record.bus, buses)?;
@@ -56,10 +62,9 @@ impl Writer for McapWriter {
                 self.log.put_error(bus, at, error.class, error.data).map_err(io::Error::other)
             }
             Content::Lost(count) => {
-                // The log keeps their sum.
                 self.lost += u64::from(*count);
-                self.losses.note(Loss::LostCounts);
-                Ok(())
+                let bus = self.bus(record.bus, buses)?;
+                self.log.put_lost(bus, at, (*count).into(), self.lost).map_err(io::Error::other)
             }
         }
     }

@@ -50,10 +50,10 @@ impl<R: Read> Blocks<R> {
 
     /// What is next and how long it is, to be taken off the window then.
     pub fn next(&mut self) -> io::Result<(usize, Found<'_>)> {
-        if let Kind::Unknown = self.kind {
-            if let Some(problem) = self.begin()? {
-                return Ok((0, Found::Hopeless(problem)));
-            }
+        if let Kind::Unknown = self.kind
+            && let Some(problem) = self.begin()?
+        {
+            return Ok((0, Found::Hopeless(problem)));
         }
         match &mut self.kind {
             Kind::Pcap(header) => packet(&mut self.file, header),
@@ -113,7 +113,7 @@ fn block<'b, R: Read>(file: &'b mut Window<R>, big_endian: &mut bool) -> io::Res
         *big_endian = head[8..12] == BIG_ENDIAN;
     }
     let len = number(&head[4..8], *big_endian) as usize;
-    if !(12..=LONGEST).contains(&len) || len % 4 != 0 {
+    if !(12..=LONGEST).contains(&len) || !len.is_multiple_of(4) {
         return Ok((0, Found::Hopeless(LONG)));
     }
     let Some(bytes) = file.fill(len)?.get(..len) else { return Ok((0, Found::Hopeless(ENDS))) };

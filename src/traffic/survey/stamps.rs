@@ -37,7 +37,7 @@ impl Stamps {
     /// second, ns; `None` where all are 0.
     pub fn resolution_ns(&self) -> Option<u64> {
         let powers = (0..=9).rev().map(|exponent| 10_u64.pow(exponent));
-        (self.divisor > 0).then(|| powers.into_iter().find(|power| self.divisor % power == 0)).flatten()
+        (self.divisor > 0).then(|| powers.into_iter().find(|power| self.divisor.is_multiple_of(*power))).flatten()
     }
 }
 

@@ -82,11 +82,11 @@ impl Trc {
             if let (Some(nanos), false) = (nanos, self.has_start) {
                 self.start = Instant::from_nanos(nanos);
             }
-        } else if let Some((number, name)) = text.strip_prefix("Bus ").and_then(|rest| rest.split_once(" = ")) {
-            if let Ok(number) = number.parse() {
-                // Where there are too many, the numbers are as good as names.
-                let _ = buses.declare(number, name.trim());
-            }
+        } else if let Some((number, name)) = text.strip_prefix("Bus ").and_then(|rest| rest.split_once(" = "))
+            && let Ok(number) = number.parse()
+        {
+            // Where there are too many, the numbers are as good as names.
+            let _ = buses.declare(number, name.trim());
         }
     }
 
@@ -199,7 +199,6 @@ impl Trc {
 
 impl LineFormat for Trc {
     fn line(&mut self, line: &[u8], buses: &mut Buses) -> Result<Option<Record>, LineProblem> {
-        let line = line.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(line);
         match line.trim_ascii() {
             [] => Ok(None),
             comment @ [b';', ..] => self.header(&String::from_utf8_lossy(comment), buses).map(|()| None),
