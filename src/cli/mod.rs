@@ -11,6 +11,7 @@ mod log_file;
 mod repair;
 mod replay;
 mod stop;
+mod watch;
 
 use std::fmt::Display;
 use std::io::Write;
@@ -18,6 +19,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+pub use watch::WatchArgs;
 
 use crate::config::{Document, Problem, Problems};
 use crate::schema::Profile;
