@@ -20,7 +20,7 @@ fn logged() -> (tempfile::TempDir, PathBuf, Vec<u8>) {
     let mut log = McapLog::create(&path, &contents, WhenFull::Wait).expect("the log begins");
     for tick in 0..2000 {
         let at = Instant::from_nanos(tick as i64 * 5_000_000);
-        let torque_nm = (tick as f64 * 0.01).sin();
+        let torque_nm = libm::sin(tick as f64 * 0.01);
         let torque_wanted_nm = canloop::wheels::Wheels::both(torque_nm);
         log.event(at, &Event::Tick(Tick { tick, torque_wanted_nm, ..Tick::default() }));
     }

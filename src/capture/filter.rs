@@ -115,7 +115,7 @@ mod tests {
         assert!(wants("", standard(0x123)) && wants("123:7FF", standard(0x123)) && !wants("123:7FF", standard(0x124)));
         assert!(wants("120:7F0,400:7FF", standard(0x12A)) && wants("120:7F0,400:7FF", standard(0x400)));
         assert!(!wants("123~7FF", standard(0x123)) && wants("123~7FF", standard(0x124)));
-        assert!(wants("0~0,#FF", standard(5)) == false, "nothing but errors, as candump's manual has it");
+        assert!(!wants("0~0,#FF", standard(5)), "nothing but errors, as candump's manual has it");
     }
 
     #[test]

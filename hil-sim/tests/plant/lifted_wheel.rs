@@ -127,7 +127,7 @@ fn sides_rad_s(plant: &mut Plant, robot: &Robot) -> Wheels<f64> {
     let before = plant.state().pose;
     plant.advance(SPAN_S, constant(0.0, 0.0));
     let after = plant.state().pose;
-    let (sin, cos) = before.heading_rad.sin_cos();
+    let (sin, cos) = libm::sincos(before.heading_rad);
     let ahead_m = (after.x_m - before.x_m) * cos + (after.y_m - before.y_m) * sin;
     robot.wheels(ahead_m / SPAN_S, (after.heading_rad - before.heading_rad) / SPAN_S)
 }

@@ -95,7 +95,7 @@ fn tell(played: &Played) -> ExitCode {
 fn frames_of(log: &Path, from_bus: Option<&str>) -> Result<Vec<(Instant, Frame)>, Problem> {
     let (_, mut reader) = open_log(log, None)?;
     let mut all = Vec::new();
-    while let Some(item) = reader.next() {
+    for item in reader.by_ref() {
         match item {
             Ok(record) => all.extend(record.frame().map(|frame| (record.at, record.bus, *frame))),
             Err(finding) => eprintln!("{}", finding.of(&named(log))),
