@@ -18,6 +18,8 @@ pub struct Invariants {
     pub rest_within_s: f64,
     /// How far from its path the robot may get without a trip, m.
     pub undetected_m: f64,
+    /// Of every so many runs, the log of one must have all frames.
+    pub log_of_every: usize,
 }
 
 /// How a run ended.
@@ -55,6 +57,7 @@ impl Invariants {
             zero_within_s: section.number_or("zero_within_s", 0.1, Bound::Positive),
             rest_within_s: section.number_or("rest_within_s", 5.0, Bound::Positive),
             undetected_m: section.number_or("undetected_m", 0.25, Bound::Positive),
+            log_of_every: section.integer_or("log_of_every", 10, 1, 1_000_000) as usize,
         }
     }
 }
@@ -89,7 +92,8 @@ impl Judge {
         }
     }
 
-    fn violate(&mut self, what: String) {
+    /// Something happened that must not; what did so first is told.
+    pub fn violate(&mut self, what: String) {
         self.violation.get_or_insert(what);
     }
 
@@ -144,7 +148,7 @@ mod tests {
     const TRIP: State = State::Tripped(Reason::DriveFault);
 
     fn judge() -> Judge {
-        let invariants = Invariants { zero_within_s: 0.1, rest_within_s: 1.0, undetected_m: 0.25 };
+        let invariants = Invariants { zero_within_s: 0.1, rest_within_s: 1.0, undetected_m: 0.25, log_of_every: 10 };
         let scenario = Scenario::load("dac-friction", &[]).expect("it is shipped");
         Judge::new(invariants, &scenario)
     }

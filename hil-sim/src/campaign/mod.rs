@@ -1,8 +1,10 @@
 //! Many runs in which something goes wrong, and what must hold in all of them.
 
 mod judge;
+mod log_check;
 mod plan;
 
+use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -12,6 +14,8 @@ use canloop::config::Problems;
 use crate::bench;
 use crate::reproduce;
 use crate::scenario::Scenario;
+
+use log_check::Logged;
 
 pub use judge::{Invariants, Judge, Verdict};
 pub use plan::{Case, Plan, SHIPPED};
@@ -42,7 +46,8 @@ pub fn run(plan: &Plan, threads: usize, progress: impl Fn(usize) -> bool + Sync)
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     let Some(case) = plan.cases.get(index) else { return };
-                    let tried = try_one(case, &plan.invariants);
+                    let checks_log = index.is_multiple_of(plan.invariants.log_of_every);
+                    let tried = try_one(case, &plan.invariants, checks_log.then_some(index));
                     let has_failed = tried.is_err();
                     results.lock().expect("no other thread panics with it")[index] = Some(tried);
                     if has_failed || !progress(done.fetch_add(1, Ordering::Relaxed) + 1) {
@@ -55,14 +60,36 @@ pub fn run(plan: &Plan, threads: usize, progress: impl Fn(usize) -> bool + Sync)
     results.into_inner().expect("no thread panicked with it").into_iter().flatten().collect()
 }
 
-/// One run. A panic is a violation as well.
-fn try_one(case: &Case, invariants: &Invariants) -> Result<Tried, Problems> {
+/// One run. A panic is a violation as well. With a number for its name the log is
+/// written and read again, too.
+fn try_one(case: &Case, invariants: &Invariants, log: Option<usize>) -> Result<Tried, Problems> {
     let scenario = Scenario::load(&case.scenario, &case.overrides)?;
     let judged = catch_unwind(AssertUnwindSafe(|| {
-        let mut judge = Judge::new(*invariants, &scenario);
-        let outcome = bench::run(&scenario, &mut judge, |_| std::ops::ControlFlow::Continue(()));
-        judge.verdict(&outcome)
+        let judge = Judge::new(*invariants, &scenario);
+        match log {
+            Some(nth) => run_logged(&scenario, judge, nth),
+            None => run_unlogged(&scenario, judge),
+        }
     }));
     let verdict = judged.unwrap_or_else(|_| Verdict::Violated("it panicked".to_owned()));
     Ok(Tried { kind: case.kind.clone(), verdict, reproduce: reproduce::command(&scenario) })
+}
+
+fn run_unlogged(scenario: &Scenario, mut judge: Judge) -> Verdict {
+    let outcome = bench::run(scenario, &mut judge, |_| ControlFlow::Continue(()));
+    judge.verdict(&outcome)
+}
+
+fn run_logged(scenario: &Scenario, judge: Judge, nth: usize) -> Verdict {
+    let path = std::env::temp_dir().join(format!("hil-sim-campaign-{}-{nth}.mcap", std::process::id()));
+    let mut logged = match Logged::new(scenario, &path, judge) {
+        Ok(logged) => logged,
+        Err(what) => return Verdict::Violated(what),
+    };
+    let outcome = bench::run(scenario, &mut logged, |_| ControlFlow::Continue(()));
+    let (mut judge, wrong) = logged.finish(&outcome, &path);
+    // What is left of it is the system's to clear away.
+    let _ = std::fs::remove_file(&path);
+    wrong.into_iter().for_each(|what| judge.violate(what));
+    judge.verdict(&outcome)
 }
