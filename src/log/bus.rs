@@ -4,9 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::cdr::{FRAME_DEFINITION, FRAME_NAME, FrameEncoder};
-use super::channels::Channels;
-use super::chunk::Chunk;
 use super::descriptor::{flat_message, identifier};
+use super::medium::{Catalogue, Medium};
 use super::protobuf::{FD_FRAME_FIELDS, LOST_FIELDS, field_type, put_fd_frame, put_signals, put_unsigned};
 use super::{LogError, LoggedBus};
 use crate::event::BusFrame;
@@ -54,13 +53,13 @@ struct DecodedMessage {
 }
 
 impl FrameSchemas {
-    /// Adds them to `channels`.
-    pub fn new(channels: &mut Channels) -> Result<Self, LogError> {
+    /// Adds them to `catalogue`.
+    pub fn new(catalogue: &mut impl Catalogue) -> Result<Self, LogError> {
         let fd = flat_message("canloop", "CanFdFrame", &FD_FRAME_FIELDS);
         Ok(Self {
-            classic: channels.schema(FRAME_NAME, "ros2msg", FRAME_DEFINITION.as_bytes())?,
-            fd: channels.schema("canloop.CanFdFrame", "protobuf", &fd)?,
-            lost: channels.schema("canloop.Lost", "protobuf", &flat_message("canloop", "Lost", &LOST_FIELDS))?,
+            classic: catalogue.schema(FRAME_NAME, "ros2msg", FRAME_DEFINITION.as_bytes())?,
+            fd: catalogue.schema("canloop.CanFdFrame", "protobuf", &fd)?,
+            lost: catalogue.schema("canloop.Lost", "protobuf", &flat_message("canloop", "Lost", &LOST_FIELDS))?,
         })
     }
 }
@@ -75,15 +74,15 @@ impl<'f> From<&'f BusFrame> for LoggedFrame<'f> {
 impl BusLog {
     /// Adds the channels of `bus`. Where two of its DBC files know an id, the
     /// first is believed.
-    pub fn new(bus: &LoggedBus<'_>, schemas: &FrameSchemas, channels: &mut Channels) -> Result<Self, LogError> {
+    pub fn new(bus: &LoggedBus<'_>, schemas: &FrameSchemas, catalogue: &mut impl Catalogue) -> Result<Self, LogError> {
         let topic = format!("/can/{}", bus.name);
         let direction = |word: &str| BTreeMap::from([("direction".to_owned(), word.to_owned())]);
         let mut log = Self {
             encoder: FrameEncoder::new(bus.name),
-            received: channels.channel(schemas.classic, topic.clone(), "cdr", direction("received by the stack"))?,
-            sent: channels.channel(schemas.classic, topic.clone(), "cdr", direction("sent by the stack"))?,
-            fd: channels.channel(schemas.fd, format!("{topic}/fd"), "protobuf", BTreeMap::new())?,
-            lost: channels.channel(schemas.lost, format!("{topic}/lost"), "protobuf", BTreeMap::new())?,
+            received: catalogue.channel(schemas.classic, topic.clone(), "cdr", direction("received by the stack"))?,
+            sent: catalogue.channel(schemas.classic, topic.clone(), "cdr", direction("sent by the stack"))?,
+            fd: catalogue.channel(schemas.fd, format!("{topic}/fd"), "protobuf", BTreeMap::new())?,
+            lost: catalogue.channel(schemas.lost, format!("{topic}/lost"), "protobuf", BTreeMap::new())?,
             messages: Vec::new(),
         };
         let package = format!("canloop.{}", identifier(bus.name, &mut BTreeSet::new()));
@@ -93,8 +92,8 @@ impl BusLog {
             if log.messages.iter().all(|message| message.key != key) {
                 let name = identifier(&layout.name, &mut names);
                 let schema =
-                    channels.schema(&format!("{package}.{name}"), "protobuf", &schema(layout, &package, &name))?;
-                let channel = channels.channel(schema, format!("{topic}/{name}"), "protobuf", notes(layout))?;
+                    catalogue.schema(&format!("{package}.{name}"), "protobuf", &schema(layout, &package, &name))?;
+                let channel = catalogue.channel(schema, format!("{topic}/{name}"), "protobuf", notes(layout))?;
                 log.messages.push(DecodedMessage { key, channel, layout: layout.clone() });
             }
         }
@@ -104,35 +103,35 @@ impl BusLog {
 
     /// Logs a frame, raw and decoded, unless it carries no signal: a remote
     /// request, or one cut short before the first.
-    pub fn put(&self, channels: &mut Channels, chunk: &mut Chunk, at: Instant, logged: &LoggedFrame<'_>) {
+    pub fn put(&self, medium: &mut impl Medium, at: Instant, logged: &LoggedFrame<'_>) {
         let &LoggedFrame { frame, sent_by_stack, error_passive, dlc_above_8 } = logged;
         if matches!(frame.kind, FrameKind::Fd | FrameKind::FdBitRateSwitch) {
-            channels.message(chunk, self.fd, at, |out| put_fd_frame(out, frame, sent_by_stack, error_passive));
+            medium.message(self.fd, at, |out| put_fd_frame(out, frame, sent_by_stack, error_passive));
         } else {
             let channel = if sent_by_stack { self.sent } else { self.received };
             let dlc = dlc_above_8.unwrap_or(frame.len() as u8);
-            channels.message(chunk, channel, at, |out| self.encoder.put(out, at, frame, dlc));
+            medium.message(channel, at, |out| self.encoder.put(out, at, frame, dlc));
         }
         let Ok(index) = self.messages.binary_search_by_key(&key(frame.id), |message| message.key) else { return };
         let message = &self.messages[index];
         let layout = &message.layout;
         let says_something = layout.signals.is_empty() || layout.carried(frame).next().is_some();
         if frame.kind != FrameKind::Remote && says_something {
-            channels.message(chunk, message.channel, at, |out| put_signals(out, layout, frame));
+            medium.message(message.channel, at, |out| put_signals(out, layout, frame));
         }
     }
 
     /// Logs that frames were lost, `total` of them so far.
-    pub fn put_lost(&self, channels: &mut Channels, chunk: &mut Chunk, at: Instant, frames: u64, total: u64) {
-        channels.message(chunk, self.lost, at, |out| {
+    pub fn put_lost(&self, medium: &mut impl Medium, at: Instant, frames: u64, total: u64) {
+        medium.message(self.lost, at, |out| {
             put_unsigned(out, 1, frames);
             put_unsigned(out, 2, total);
         });
     }
 
     /// Logs an error frame: classes and data as SocketCAN has them.
-    pub fn put_error(&self, channels: &mut Channels, chunk: &mut Chunk, at: Instant, class: u32, data: [u8; 8]) {
-        channels.message(chunk, self.received, at, |out| self.encoder.put_error(out, at, class, data));
+    pub fn put_error(&self, medium: &mut impl Medium, at: Instant, class: u32, data: [u8; 8]) {
+        medium.message(self.received, at, |out| self.encoder.put_error(out, at, class, data));
     }
 }
 

@@ -9,6 +9,7 @@ use mcap::records::{Channel, MessageHeader};
 use super::LogError;
 use super::chunk::Chunk;
 use super::file::{channel_record, schema_record};
+use super::medium::Catalogue;
 use crate::time::Instant;
 
 /// Every channel that a log may need.
@@ -31,16 +32,14 @@ struct State {
     messages: u64,
 }
 
-impl Channels {
-    /// Adds a schema; returns its id.
-    pub fn schema(&mut self, name: &str, encoding: &str, data: &[u8]) -> Result<u16, LogError> {
+impl Catalogue for Channels {
+    fn schema(&mut self, name: &str, encoding: &str, data: &[u8]) -> Result<u16, LogError> {
         let id = u16::try_from(self.schemas.len() + 1).map_err(|_| LogError::TooManyChannels)?;
         self.schemas.push(Schema { record: schema_record(id, name, encoding, data), written: false });
         Ok(id)
     }
 
-    /// Adds a channel whose messages have the schema `schema_id`; returns its id.
-    pub fn channel(
+    fn channel(
         &mut self,
         schema_id: u16,
         topic: String,
@@ -52,7 +51,9 @@ impl Channels {
         self.channels.push(State { schema_id, record: channel_record(&channel), messages: 0 });
         Ok(id)
     }
+}
 
+impl Channels {
     /// How many channels there are.
     pub fn len(&self) -> usize {
         self.channels.len()

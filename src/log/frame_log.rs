@@ -9,10 +9,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::bus::{BusLog, FrameSchemas, LoggedFrame};
 use super::channels::Channels;
-use super::chunk::Chunk;
 use super::chunk_queue::ChunkQueue;
 use super::descriptor::foxglove_log;
 use super::file::LogFile;
+use super::filling::Filling;
+use super::medium::{Catalogue, Medium};
 use super::protobuf::{Level, put_log};
 use super::{LogError, LogReport, LoggedBus, NOTICES_TOPIC};
 use crate::time::Instant;
@@ -25,8 +26,7 @@ pub struct FrameLog {
     /// None once the file has failed.
     queue: Option<ChunkQueue>,
     failed: Arc<AtomicBool>,
-    chunk: Chunk,
-    channels: Channels,
+    filling: Filling,
     schemas: FrameSchemas,
     buses: Vec<BusLog>,
     notices: u16,
@@ -65,7 +65,7 @@ impl FrameLog {
         };
         let (queue, chunk) = start().map_err(|source| LogError::Create { path: path.to_owned(), source })?;
         let (path, queue) = (path.to_owned(), Some(queue));
-        Ok(Self { path, queue, failed, chunk, channels, schemas, buses: Vec::new(), notices })
+        Ok(Self { path, queue, failed, filling: Filling { chunk, channels }, schemas, buses: Vec::new(), notices })
     }
 
     /// Adds a bus; returns its index. Its frames are also decoded where its
@@ -74,7 +74,7 @@ impl FrameLog {
     /// # Errors
     /// There are too many channels.
     pub fn add_bus(&mut self, bus: &LoggedBus<'_>) -> Result<usize, LogError> {
-        self.buses.push(BusLog::new(bus, &self.schemas, &mut self.channels)?);
+        self.buses.push(BusLog::new(bus, &self.schemas, &mut self.filling.channels)?);
         Ok(self.buses.len() - 1)
     }
 
@@ -83,7 +83,7 @@ impl FrameLog {
     /// # Errors
     /// The file took no more.
     pub fn put(&mut self, bus: usize, at: Instant, frame: &LoggedFrame<'_>) -> Result<(), LogError> {
-        self.buses[bus].put(&mut self.channels, &mut self.chunk, at, frame);
+        self.buses[bus].put(&mut self.filling, at, frame);
         self.send_if_full()
     }
 
@@ -93,7 +93,7 @@ impl FrameLog {
     /// # Errors
     /// The file took no more.
     pub fn put_error(&mut self, bus: usize, at: Instant, class: u32, data: [u8; 8]) -> Result<(), LogError> {
-        self.buses[bus].put_error(&mut self.channels, &mut self.chunk, at, class, data);
+        self.buses[bus].put_error(&mut self.filling, at, class, data);
         self.send_if_full()
     }
 
@@ -103,7 +103,7 @@ impl FrameLog {
     /// # Errors
     /// The file took no more.
     pub fn put_lost(&mut self, bus: usize, at: Instant, frames: u64, total: u64) -> Result<(), LogError> {
-        self.buses[bus].put_lost(&mut self.channels, &mut self.chunk, at, frames, total);
+        self.buses[bus].put_lost(&mut self.filling, at, frames, total);
         self.send_if_full()
     }
 
@@ -112,8 +112,7 @@ impl FrameLog {
     /// # Errors
     /// The file took no more.
     pub fn notice(&mut self, at: Instant, name: &str, text: &str) -> Result<(), LogError> {
-        let Self { channels, chunk, notices, .. } = self;
-        channels.message(chunk, *notices, at, |out| put_log(out, at, Level::Info, name, text));
+        self.filling.message(self.notices, at, |out| put_log(out, at, Level::Info, name, text));
         self.send_if_full()
     }
 
@@ -122,8 +121,8 @@ impl FrameLog {
     /// # Errors
     /// The file took no more.
     pub fn flush(&mut self) -> Result<(), LogError> {
-        if let (Some(queue), false) = (&self.queue, self.chunk.is_empty()) {
-            queue.send(&mut self.chunk);
+        if let (Some(queue), false) = (&self.queue, self.filling.chunk.is_empty()) {
+            queue.send(&mut self.filling.chunk);
         }
         self.check()
     }
@@ -139,20 +138,20 @@ impl FrameLog {
     /// # Errors
     /// The file took no more.
     pub fn finish(mut self, frames_lost: u64) -> Result<LogReport, LogError> {
-        if let (Some(queue), false) = (&self.queue, self.chunk.is_empty()) {
-            queue.send(&mut self.chunk);
+        if let (Some(queue), false) = (&self.queue, self.filling.chunk.is_empty()) {
+            queue.send(&mut self.filling.chunk);
         }
         let mut file = self.end_queue()?;
-        let messages = file.end(&self.channels, frames_lost).map_err(|source| self.cannot_write(source))?;
+        let messages = file.end(&self.filling.channels, frames_lost).map_err(|source| self.cannot_write(source))?;
         Ok(LogReport { messages, bytes: file.len(), events_lost: frames_lost, waits: 0 })
     }
 
     fn send_if_full(&mut self) -> Result<(), LogError> {
-        if !self.chunk.is_full() {
+        if !self.filling.chunk.is_full() {
             return Ok(());
         }
         if let Some(queue) = &self.queue {
-            queue.send(&mut self.chunk);
+            queue.send(&mut self.filling.chunk);
         }
         self.check()
     }
