@@ -31,6 +31,7 @@ pub mod estimator;
 pub mod event;
 pub mod exchange;
 pub mod frame;
+pub mod live;
 pub mod log;
 pub mod odometry;
 pub mod path;

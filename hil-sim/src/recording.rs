@@ -1,17 +1,18 @@
 //! One run and all that is kept of it: figures always, a log and samples for
-//! pictures where they are wanted.
+//! pictures where they are wanted; and those who look on are shown it.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use canloop::event::{Event, Sink};
+use canloop::live::{Feed, Live, Run};
 use canloop::log::{LogContents, LogError, LoggedBus, McapLog, WhenFull};
 use canloop::time::Instant;
 
 use crate::bench::{self, Outcome};
 use crate::report::History;
-use crate::scenario::Scenario;
+use crate::scenario::{Link, Scenario};
 use crate::summary::{Gauge, LogFigures, Summary};
 use crate::trace::Trace;
 
@@ -22,12 +23,13 @@ pub struct Recording<'s> {
     log: Option<McapLog>,
     trace: Option<Trace>,
     history: Option<History>,
+    live: Option<Feed>,
 }
 
 impl<'s> Recording<'s> {
     /// Keeps the figures of a run of `scenario`.
     pub fn new(scenario: &'s Scenario) -> Self {
-        Self { scenario, gauge: Gauge::new(scenario), log: None, trace: None, history: None }
+        Self { scenario, gauge: Gauge::new(scenario), log: None, trace: None, history: None, live: None }
     }
 
     /// Keeps the figures of a run whose stack is another program.
@@ -37,15 +39,7 @@ impl<'s> Recording<'s> {
 
     /// Keeps everything in an MCAP file, too.
     pub fn with_log(mut self, path: &Path) -> Result<Self, LogError> {
-        let scenario = self.scenario;
-        let profile = &scenario.stack.profile;
-        let contents = LogContents {
-            buses: vec![LoggedBus { name: "can0", dbcs: vec![&profile.dbc] }],
-            planned: scenario.events.iter().map(|event| event.name.clone()).collect(),
-            attachments: attachments(scenario),
-            metadata: metadata(scenario),
-        };
-        self.log = Some(McapLog::create(path, &contents, WhenFull::Wait)?);
+        self.log = Some(McapLog::create(path, &contents(self.scenario), WhenFull::Wait)?);
         Ok(self)
     }
 
@@ -61,6 +55,27 @@ impl<'s> Recording<'s> {
         self
     }
 
+    /// Shows it to whoever looks on, too; `start` is the moment that it begins
+    /// at.
+    pub fn with_live(mut self, live: &Live, program: &'static str, start: Instant) -> Self {
+        let scenario = self.scenario;
+        self.live = live.is_watched().then(|| {
+            live.begin(&Run {
+                name: &scenario.name,
+                program,
+                start,
+                duration_s: Some(scenario.duration_s),
+                stack: &scenario.stack,
+                bit_rate_bit_s: match scenario.link {
+                    Link::Can { bitrate_bit_s } => Some(bitrate_bit_s),
+                    Link::Ideal => None,
+                },
+                contents: &contents(scenario),
+            })
+        });
+        self
+    }
+
     /// Runs the scenario in this process.
     pub fn run(mut self, progress: impl FnMut(u64) -> ControlFlow<()>) -> Finished {
         let outcome = bench::run(self.scenario, &mut self, progress);
@@ -70,6 +85,9 @@ impl<'s> Recording<'s> {
     /// Closes what was kept of a run that ended so.
     pub fn finish(self, outcome: &Outcome) -> Finished {
         let mut summary = self.gauge.summary(self.scenario, outcome);
+        if let Some(live) = self.live {
+            live.end(summary.verdict());
+        }
         let log = self.log.map(McapLog::finish).transpose();
         if let Ok(Some(report)) = &log {
             summary.log = Some(LogFigures { messages: report.messages, queue_full: report.waits });
@@ -107,6 +125,19 @@ impl Sink for Recording<'_> {
         if let Some(history) = &mut self.history {
             history.event(at, event);
         }
+        if let Some(live) = &mut self.live {
+            live.event(at, event);
+        }
+    }
+}
+
+/// What a log, and who looks on, is told before the first event.
+fn contents(scenario: &Scenario) -> LogContents<'_> {
+    LogContents {
+        buses: vec![LoggedBus { name: "can0", dbcs: vec![&scenario.stack.profile.dbc] }],
+        planned: scenario.events.iter().map(|event| event.name.clone()).collect(),
+        attachments: attachments(scenario),
+        metadata: metadata(scenario),
     }
 }
 

@@ -146,6 +146,15 @@ pub struct Gauge {
 const BLOCK_BYTES: usize = 64 * 1024;
 
 impl Summary {
+    /// How the run went, in a word: `passed`, `failed` or `interrupted`.
+    pub fn verdict(&self) -> &'static str {
+        match (self.end, self.passed) {
+            ("interrupted", _) => "interrupted",
+            (_, true) => "passed",
+            (_, false) => "failed",
+        }
+    }
+
     /// The command that runs the same again, or nothing.
     pub fn reproduce_line(&self) -> &str {
         self.reproduce.as_deref().unwrap_or_default()

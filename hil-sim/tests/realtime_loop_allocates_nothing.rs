@@ -10,7 +10,9 @@ use std::collections::VecDeque;
 use canloop::bus::{Arrival, Bus, BusError};
 use canloop::event::{Event, Sink};
 use canloop::frame::Frame;
-use canloop::run::{Clock, End, RealTime, StopSwitch, tap};
+use canloop::live::{Addresses, Feed, Live, Run};
+use canloop::log::LogContents;
+use canloop::run::{Clock, End, RealTime, StopSwitch, Tap, tap};
 use canloop::safety::Operator;
 use canloop::stack::Stack;
 use canloop::time::{Duration, Instant};
@@ -104,8 +106,35 @@ impl Sink for LastNotice {
     }
 }
 
+/// Gives every event to the log's queue and to those who look on.
+struct Both(Tap, Feed);
+
+impl Sink for Both {
+    fn event(&mut self, at: Instant, event: &Event) {
+        self.0.event(at, event);
+        self.1.event(at, event);
+    }
+}
+
+/// A page, where it is built in, and the feed to it of a run of `scenario`.
+fn live(scenario: &Scenario, start: Instant) -> (Live, Feed) {
+    let page = cfg!(feature = "live").then(|| "127.0.0.1:0".parse().expect("an address"));
+    let live = Live::open(&Addresses { page, ..Addresses::default() }).expect("a free port");
+    let run = Run {
+        name: "watched",
+        program: "a test",
+        start,
+        duration_s: None,
+        stack: &scenario.stack,
+        bit_rate_bit_s: None,
+        contents: &LogContents::default(),
+    };
+    let feed = live.begin(&run);
+    (live, feed)
+}
+
 #[test]
-fn a_loop_that_runs_and_trips_takes_no_memory() {
+fn a_loop_that_runs_and_trips_takes_no_memory_while_somebody_looks_on() {
     let overrides = ["period_s=0.002".to_owned(), "safety.overrun_periods=1000".to_owned()];
     let scenario = Scenario::load("dac-friction", &overrides).expect("a good scenario");
     let clock = Clock::new();
@@ -115,7 +144,9 @@ fn a_loop_that_runs_and_trips_takes_no_memory() {
     let mut bus = Direct { robot, clock, answers: VecDeque::with_capacity(64), syncs: 0, synced_at: start };
     let mut stack = Stack::new(&scenario.stack, start);
     stack.operate(Operator::Enable);
-    let (mut events, mut drain) = tap();
+    let (events, mut drain) = tap();
+    let (_page, feed) = live(&scenario, start);
+    let mut events = Both(events, feed);
     let until = start + Duration::from_secs_f64(20.0);
     let end = RealTime::new(stack, &mut bus, &mut events, clock).run(&StopSwitch::new(), until).end;
     let allocations = ALLOCATIONS.with(Cell::take);

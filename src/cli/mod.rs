@@ -13,6 +13,7 @@ mod replay;
 mod report;
 mod show;
 mod stop;
+mod watch;
 
 use std::fmt::Display;
 use std::io::Write;
@@ -20,6 +21,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+pub use watch::WatchArgs;
 
 use crate::config::{Document, Problem, Problems};
 use crate::schema::Profile;

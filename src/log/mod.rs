@@ -31,6 +31,11 @@ pub(crate) use cdr::FRAME_NAME;
 pub use exchange::exchange_from;
 pub use frame_log::FrameLog;
 pub use mcap_log::{LogContents, LogError, LogReport, LoggedBus, McapLog, WhenFull};
+#[cfg(feature = "foxglove")]
+pub(crate) use medium::{Catalogue, Medium};
+#[cfg(feature = "foxglove")]
+pub(crate) use messages::Messages;
+pub(crate) use messages::mark_text;
 pub use repair::{Repaired, examine, repair};
 
 /// The topic of the stack's own state.

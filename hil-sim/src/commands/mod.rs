@@ -10,6 +10,7 @@ pub mod serve;
 
 mod conclusion;
 mod interrupt;
+mod pace;
 mod progress;
 
 use std::fmt::Display;

@@ -4,9 +4,13 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use canloop::cli::WatchArgs;
 use canloop::config::{Problem, Problems};
+use canloop::live::Live;
+use canloop::time::Instant;
 
 use super::conclusion::{LOG_NAME, conclude, print_all};
+use super::pace::{Pace, RealTimeFactor};
 use super::progress::Progress;
 use super::{FAILED, Failure, HELD, INTERRUPTED, create_folder, interrupt, say, write_file};
 use crate::recording::Recording;
@@ -22,6 +26,7 @@ Examples:
   hil-sim run my.toml --set controller.filter=1   a file, with one key changed
   hil-sim run dac-friction --set 'controller.law=\"dac\"' --out runs/dac
   hil-sim run dac-friction line figure-eight      a folder each under runs/
+  hil-sim run dac-friction --live                 in real time, with a page to look on
   hil-sim run scenarios/*.toml --junit junit.xml  for CI: every expectation a test case
 
 Where GITHUB_ACTIONS is true, what does not hold is annotated in the scenario.
@@ -46,6 +51,11 @@ pub struct Args {
     /// Write what became of every expectation as JUnit XML, too
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
+    #[command(flatten)]
+    watch: WatchArgs,
+    /// How many seconds to simulate a second at most: a number, or max [default: max; 1 where somebody looks on]
+    #[arg(long, value_name = "FACTOR", value_parser = RealTimeFactor::parse)]
+    real_time_factor: Option<RealTimeFactor>,
     /// List the shipped scenarios and end
     #[arg(long)]
     list: bool,
@@ -58,11 +68,12 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::from(HELD));
     }
     let scenarios = load(&args.scenarios, &args.overrides)?;
+    let live = args.watch.open()?;
     interrupt::listen();
     let mut runs: Vec<Timed> = Vec::new();
     for scenario in &scenarios {
         let folder = if scenarios.len() == 1 { args.out.clone() } else { args.out.join(&scenario.name) };
-        runs.push(run_one(scenario, &folder, args)?);
+        runs.push(run_one(scenario, &folder, args, &live)?);
         if interrupt::check().is_break() {
             break;
         }
@@ -103,15 +114,18 @@ fn load(names: &[String], overrides: &[String]) -> Result<Vec<Scenario>, Problem
     if problems.is_empty() { Ok(scenarios) } else { Err(Problems(problems)) }
 }
 
-fn run_one(scenario: &Scenario, folder: &Path, args: &Args) -> Result<Timed, Failure> {
+fn run_one(scenario: &Scenario, folder: &Path, args: &Args, live: &Live) -> Result<Timed, Failure> {
     create_folder(folder)?;
     let recording = logged_to(Recording::new(scenario), folder, !args.no_log)?;
     let recording = if args.no_report { recording } else { recording.with_history() };
+    let recording = recording.with_live(live, "hil-sim run", Instant::ZERO);
+    let pace = Pace::new(RealTimeFactor::or_default(args.real_time_factor, live.is_watched()), scenario);
     let mut progress = Progress::new(scenario.name.clone(), scenario.ticks());
     let finished = recording.run(|tick| {
         if tick.is_multiple_of(256) {
             progress.at(tick);
         }
+        pace.keep(tick);
         interrupt::check()
     });
     progress.done();

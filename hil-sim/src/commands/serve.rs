@@ -4,11 +4,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use canloop::bus::{self, OpenOptions};
-use canloop::cli;
+use canloop::cli::{self, WatchArgs};
 use canloop::config::Problem;
 use canloop::run::{self, Clock};
+use canloop::time::Instant;
 
 use super::conclusion::conclude;
+use super::pace::{Pace, RealTimeFactor};
 use super::progress::Progress;
 use super::run::logged_to;
 use super::{FAILED, Failure, HELD, INTERRUPTED, create_folder, interrupt, say};
@@ -28,6 +30,7 @@ for it runs in lock-step, and nothing depends on the host's speed.
 Examples:
   hil-sim serve dac-friction --bus vcan0
   hil-sim serve dac-friction --bus tcp-listen://127.0.0.1:29536/can0
+  hil-sim serve dac-friction --bus vcan0 --live      a page to look on
 
 Exit status: 0 all expectations hold, 1 one does not or the controller fell
 silent, 2 bad input or no bus, 130 ended by Ctrl-C.")]
@@ -55,6 +58,11 @@ pub struct Args {
     /// Let other machines reach a bus that is hosted here
     #[arg(long)]
     allow_others: bool,
+    #[command(flatten)]
+    watch: WatchArgs,
+    /// In lock-step: how many seconds to simulate a second at most: a number, or max [default: max; 1 where somebody looks on]
+    #[arg(long, value_name = "FACTOR", value_parser = RealTimeFactor::parse)]
+    real_time_factor: Option<RealTimeFactor>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -73,21 +81,38 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         return Err(problem.help("serve a scenario with bus.link = \"can\"").into());
     };
     let patience = cli::seconds("--dead-man-s", args.dead_man_s)?;
+    if args.time == Time::Wall {
+        RealTimeFactor::refuse(args.real_time_factor)?;
+    }
+    let live = args.watch.open()?;
     let clock = Clock::new();
     let options =
         OpenOptions { bit_rate_bit_s: Some(bitrate_bit_s), allow_others: args.allow_others, ..OpenOptions::default() };
     let mut bus = bus::open(&args.bus, &options, clock)?;
     create_folder(&args.out)?;
-    let mut recording = logged_to(Recording::of_another_stack(&scenario), &args.out, !args.no_log)?;
+    let recording = logged_to(Recording::of_another_stack(&scenario), &args.out, !args.no_log)?;
+    let start = if args.time == Time::Sync { Instant::ZERO } else { clock.now() };
+    let mut recording = recording.with_live(&live, "hil-sim serve", start);
     interrupt::listen();
     say(format_args!("serving {} on {}", scenario.name, args.bus));
     let mut progress = Progress::new(scenario.name.clone(), scenario.ticks());
-    let watch = |tick| {
+    let mut watch = |tick| {
         progress.at(tick);
         interrupt::check()
     };
     let Served { end, outcome, ignored } = match args.time {
-        Time::Sync => Server::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock).run(patience, watch),
+        Time::Sync => {
+            let factor = RealTimeFactor::or_default(args.real_time_factor, live.is_watched());
+            let mut pace = None;
+            // Time begins with the first period, however long the controller is waited for.
+            let paced = |tick| {
+                if tick > 0 {
+                    pace.get_or_insert_with(|| Pace::new(factor, &scenario)).keep(tick);
+                }
+                watch(tick)
+            };
+            Server::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock).run(patience, paced)
+        }
         Time::Wall => {
             raise_priority();
             WallServer::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock).run(patience, watch)

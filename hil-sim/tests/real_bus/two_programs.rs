@@ -196,6 +196,9 @@ pub fn canloop() -> PathBuf {
             if !cfg!(debug_assertions) {
                 cargo.arg("--release");
             }
+            // Built with others, it would have to be built again each time.
+            let features = [("live", cfg!(feature = "live")), ("foxglove", cfg!(feature = "foxglove"))];
+            cargo.args(features.iter().filter(|(_, is_on)| *is_on).map(|(name, _)| format!("--features={name}")));
             finish(&mut cargo).expect_status(0);
         }
         let path = Path::new(env!("CARGO_BIN_EXE_hil-sim")).with_file_name("canloop");

@@ -6,12 +6,13 @@ mod report;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use self::report::{LogFigures, Reader, Summary, cannot_log, open_log, word};
-use super::{say, seconds, stop};
+use self::report::{LogFigures, Reader, Summary, cannot_log, contents, open_log, word};
+use super::{WatchArgs, say, seconds, stop};
 use crate::bus::{self, Bus, OpenOptions};
 use crate::config::{Problem, Problems};
 use crate::event::{Event, Sink};
 use crate::frame::CanId;
+use crate::live::Run;
 use crate::log::McapLog;
 use crate::run::{self, Clock, Degraded, End, Ended, LockStep, Punctuality, RealTime, StopSwitch, tap};
 use crate::safety::{Operator, State};
@@ -25,6 +26,7 @@ use crate::time::Instant;
 Examples:
   canloop drive --bus can0 --config robot.toml --log run.mcap
   canloop drive --bus vcan0 --config robot.toml --pace lockstep
+  canloop drive --bus can0 --config robot.toml --live             a page to look on
   hil-sim scenario dac-friction > robot.toml     a robot to begin with
   canloop drive --bus tcp://127.0.0.1:29536/can0 --config robot.toml --pace lockstep --log run.mcap
 
@@ -66,6 +68,8 @@ pub struct Args {
     /// In lock-step: how long the other side may be silent, s
     #[arg(long, default_value_t = 10.0, value_name = "SECONDS")]
     dead_man_s: f64,
+    #[command(flatten)]
+    watch: WatchArgs,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -86,12 +90,26 @@ pub fn run(args: &Args) -> Result<ExitCode, Problems> {
     if args.pace == Pace::Realtime && !args.over_budget {
         over_budget::refuse(&robot, &args.bus)?;
     }
+    let watched = args.watch.open()?;
     let clock = Clock::new();
     let mut bus = open_bus(args, &robot, clock)?;
-    let log = args.log.as_deref().map(|path| open_log(path, &args.bus, config, &robot.text)).transpose()?;
+    let contents = contents(&args.bus, config, &robot.text);
+    let log = args.log.as_deref().map(|path| open_log(path, &contents)).transpose()?;
     let start = if args.pace == Pace::Lockstep { Instant::ZERO } else { clock.now() + config.period };
     let punctuality = Punctuality::new(config.period.as_secs_f64());
-    let mut reader = Reader { log, punctuality, start, periods: 0, said: None };
+    let live = watched.is_watched().then(|| {
+        let name = args.config.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        watched.begin(&Run {
+            name: &name,
+            program: "canloop drive",
+            start,
+            duration_s: args.duration_s.filter(|_| args.pace == Pace::Realtime),
+            stack: config,
+            bit_rate_bit_s: robot.bit_rate_bit_s,
+            contents: &contents,
+        })
+    });
+    let mut reader = Reader { log, live, punctuality, start, periods: 0, said: None };
     let mut stack = Stack::new(config, start);
     if reader.log.is_some() {
         stack.tell_exchange();
@@ -112,13 +130,17 @@ pub fn run(args: &Args) -> Result<ExitCode, Problems> {
         }
     };
     say_counts(&ended);
+    if let Some(live) = reader.live.take() {
+        live.end(&verdict(&ended));
+    }
     finish(args, reader, &ended, &degraded)?;
     Ok(conclude(args, &ended))
 }
 
 fn open_bus(args: &Args, robot: &RobotFile, clock: Clock) -> Result<Box<dyn Bus + Send>, Problem> {
-    // A log holds all of the bus's traffic, so then all of it is received.
-    let receive = if args.log.is_some() { Vec::new() } else { ids_to_receive(&robot.stack.profile) };
+    // A log holds all of the bus's traffic, so then all of it is received; so do those who look on.
+    let receive_all = args.log.is_some() || args.watch.is_watched();
+    let receive = if receive_all { Vec::new() } else { ids_to_receive(&robot.stack.profile) };
     let options = OpenOptions { receive: &receive, bit_rate_bit_s: robot.bit_rate_bit_s, ..OpenOptions::default() };
     bus::open(&args.bus, &options, clock)
 }
@@ -159,6 +181,12 @@ fn conclude(args: &Args, Ended { end, state, .. }: &Ended) -> ExitCode {
     };
     say(words);
     ExitCode::from(code)
+}
+
+/// How a run ended, in a word for those who look on.
+fn verdict(Ended { end, state, .. }: &Ended) -> String {
+    let word = word(end);
+    if matches!(state, State::Tripped(_)) { state.text().to_owned() } else { word.to_owned() }
 }
 
 /// What could go wrong unseen is not left unsaid.

@@ -9,15 +9,17 @@ use serde::Serialize;
 use crate::cli::say;
 use crate::config::Problem;
 use crate::event::{Event, Sink};
+use crate::live::Feed;
 use crate::log::{LogContents, LogError, LoggedBus, McapLog, WhenFull};
 use crate::run::{BusCounts, DEGRADED, End, LoopFigures, Punctuality};
 use crate::stack::StackConfig;
 use crate::time::Instant;
 
-/// Reads the stack's events: tells people what they should know, and logs and
-/// measures all.
+/// Reads the stack's events: tells people what they should know, logs and
+/// measures all, and shows it to whoever looks on.
 pub struct Reader {
     pub log: Option<McapLog>,
+    pub live: Option<Feed>,
     pub punctuality: Punctuality,
     pub start: Instant,
     /// Periods that the stack began.
@@ -75,6 +77,9 @@ impl Sink for Reader {
         if let Some(log) = &mut self.log {
             log.event(at, event);
         }
+        if let Some(live) = &mut self.live {
+            live.event(at, event);
+        }
     }
 }
 
@@ -89,11 +94,11 @@ pub const fn word(end: &End) -> &'static str {
     }
 }
 
-/// A log that holds what it takes to understand and repeat the run.
-pub fn open_log(path: &Path, bus: &str, config: &StackConfig, text: &str) -> Result<McapLog, Problem> {
+/// What a log holds, so that the run can be understood and repeated.
+pub fn contents<'a>(bus: &'a str, config: &'a StackConfig, text: &str) -> LogContents<'a> {
     let profile = &config.profile;
     let file = |name: String, media_type: &str, text: &str| (name, media_type.to_owned(), text.into());
-    let contents = LogContents {
+    LogContents {
         buses: vec![LoggedBus { name: bus.rsplit('/').next().unwrap_or(bus), dbcs: vec![&profile.dbc] }],
         attachments: vec![
             file("robot.toml".to_owned(), "application/toml", text),
@@ -105,8 +110,11 @@ pub fn open_log(path: &Path, bus: &str, config: &StackConfig, text: &str) -> Res
             ("program".to_owned(), "canloop drive".to_owned()),
             ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
         ]),
-    };
-    McapLog::create(path, &contents, WhenFull::Wait).map_err(cannot_log)
+    }
+}
+
+pub fn open_log(path: &Path, contents: &LogContents<'_>) -> Result<McapLog, Problem> {
+    McapLog::create(path, contents, WhenFull::Wait).map_err(cannot_log)
 }
 
 pub fn cannot_log(error: LogError) -> Problem {
