@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{Failure, campaign, check, paper, plant, run, scenario, serve};
+use crate::commands::{Failure, campaign, check, map, merge, paper, plant, run, scenario, serve, sweep};
 
 /// Impersonates a robot's CAN motor drives, with the robot's dynamics behind them
 #[derive(Debug, Parser)]
@@ -22,6 +22,12 @@ enum Command {
     Run(run::Args),
     /// Let everything go wrong, and check what must hold all the same
     Campaign(campaign::Args),
+    /// Run thousands of variants of a scenario, a row of figures each
+    Sweep(sweep::Args),
+    /// Draw a map of a sweep
+    Map(map::Args),
+    /// Make the parts of a sweep one
+    Merge(merge::Args),
     /// Impersonate the drives on a bus, for any controller
     Serve(serve::Args),
     /// Run the plant alone, open loop, from a file of torques
@@ -38,6 +44,9 @@ pub fn main() -> ExitCode {
         Command::Paper(args) => paper::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Campaign(args) => campaign::run(&args),
+        Command::Sweep(args) => sweep::run(&args),
+        Command::Map(args) => map::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Serve(args) => serve::run(&args),
         Command::Plant(args) => plant::run(&args),
         Command::Scenario(args) => scenario::run(&args),

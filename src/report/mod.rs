@@ -17,6 +17,7 @@
 mod chart;
 mod curve;
 mod decimate;
+mod heat_map;
 mod legend;
 mod markup;
 mod page;
@@ -26,6 +27,7 @@ mod table;
 
 pub use chart::{Chart, Role, Series, Stroke};
 pub use curve::Curve;
+pub use heat_map::HeatMap;
 pub use markup::Markup;
 pub use page::{Figure, Page, Section};
 pub use table::{Badge, Cell, Column, Table};

@@ -9,7 +9,7 @@ mod rig;
 use canloop::bus::Bus as _;
 use canloop::frame::{CanId, Frame, FrameKind};
 
-use rig::{Logging, frames_in, python_reads};
+use rig::{Logging, frames_in, python_reads, python_reads_so_far};
 use tcp_bus::{RunningHub, classic_frames, numbered};
 
 #[test]
@@ -28,6 +28,7 @@ fn every_frame_of_every_bus_is_kept_raw_and_decoded() {
         senders[1].send(&frame).expect("there is room");
     }
     logging.wait_for_frames(classic_frames().len() + 2);
+    assert!(python_reads_so_far(&logging.path("bus.mcap")) >= classic_frames().len());
     let run = logging.interrupt();
     assert!(run.contains("can0: ") && run.contains(" 0 lost on the way, 0 lost here"), "{run}");
     let log = logging.path("bus.mcap");

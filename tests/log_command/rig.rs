@@ -86,6 +86,15 @@ impl Logging {
         self.child.try_wait().expect("a child").is_none()
     }
 
+    /// Whether none of its threads is at work at this moment.
+    pub fn is_idle(&self) -> bool {
+        let tasks = std::fs::read_dir(format!("/proc/{}/task", self.child.id())).expect("Linux");
+        // The state stands behind the name, which is in brackets.
+        let state = |stat: &str| stat.rsplit(") ").next().and_then(|rest| rest.chars().next());
+        let stats = tasks.filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("stat")).ok());
+        stats.into_iter().all(|stat| state(&stat) == Some('S'))
+    }
+
     /// Presses Ctrl-C; gives back what it said.
     pub fn interrupt(&mut self) -> String {
         let pid = self.child.id().to_string();
@@ -164,6 +173,18 @@ pub fn python_reads(path: &Path) -> Vec<String> {
     let output = Command::new(python).args(["-c", script]).arg(path).output().expect("Python");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8_lossy(&output.stdout).split_whitespace().map(str::to_owned).collect()
+}
+
+/// How many messages it finds in a log that is still being written.
+pub fn python_reads_so_far(path: &Path) -> usize {
+    let script = "import sys\nfrom mcap.exceptions import EndOfFile\nfrom mcap.records import Message\n\
+        from mcap.stream_reader import StreamReader\ncount = 0\ntry:\n\
+        \x20   for record in StreamReader(open(sys.argv[1], 'rb')).records:\n\
+        \x20       count += isinstance(record, Message)\nexcept EndOfFile:\n    pass\nprint(count)";
+    let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/python");
+    let output = Command::new(python).args(["-c", script]).arg(path).output().expect("Python");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).trim().parse().expect("a number")
 }
 
 /// Sends a frame, once there is room.

@@ -5,7 +5,7 @@
 
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 
 use canloop::bus::socketcand::{Hub, HubCounts, Socketcand};
@@ -22,6 +22,7 @@ pub const QUIET: Duration = Duration::from_millis(300);
 pub struct RunningHub {
     pub address: SocketAddr,
     name: &'static str,
+    passed_on: Arc<AtomicUsize>,
     stop: Arc<AtomicBool>,
     thread: JoinHandle<(HubCounts, Vec<Frame>)>,
 }
@@ -35,6 +36,8 @@ impl RunningHub {
         let mut hub = hub_named(name);
         let (address, stop) = (hub.address(), Arc::new(AtomicBool::new(false)));
         let stopped = Arc::clone(&stop);
+        let passed_on = Arc::new(AtomicUsize::new(0));
+        let count = Arc::clone(&passed_on);
         let thread = std::thread::spawn(move || {
             let (clock, mut heard) = (Clock::new(), Vec::new());
             loop {
@@ -42,7 +45,10 @@ impl RunningHub {
                 // and what came before the end counts.
                 let is_last = stopped.load(Ordering::Acquire);
                 match hub.receive(clock.now() + Duration::from_millis(10)).expect("the hub serves") {
-                    Some((_, Arrival::Frame(frame))) => heard.push(frame),
+                    Some((_, Arrival::Frame(frame))) => {
+                        heard.push(frame);
+                        count.fetch_add(1, Ordering::Release);
+                    }
                     Some((_, other)) => panic!("the hub brought {other:?}"),
                     None if is_last => break,
                     None => {}
@@ -50,7 +56,12 @@ impl RunningHub {
             }
             (hub.counts(), heard)
         });
-        Self { address, name, stop, thread }
+        Self { address, name, passed_on, stop, thread }
+    }
+
+    /// Frames that it has passed on.
+    pub fn passed_on(&self) -> usize {
+        self.passed_on.load(Ordering::Acquire)
     }
 
     pub fn join(&self) -> Socketcand {

@@ -6,12 +6,11 @@ mod plan;
 
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use canloop::config::Problems;
 
 use crate::bench;
+use crate::parallel;
 use crate::reproduce;
 use crate::scenario::Scenario;
 
@@ -37,27 +36,21 @@ pub struct Tried {
 ///
 /// # Errors
 /// A case whose scenario will not do; the rest is left alone.
-pub fn run(plan: &Plan, threads: usize, progress: impl Fn(usize) -> bool + Sync) -> Result<Vec<Tried>, Problems> {
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let results = Mutex::new(vec![None; plan.cases.len()]);
-    std::thread::scope(|scope| {
-        for _ in 0..threads.max(1) {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(case) = plan.cases.get(index) else { return };
-                    let checks_log = index.is_multiple_of(plan.invariants.log_of_every);
-                    let tried = try_one(case, &plan.invariants, checks_log.then_some(index));
-                    let has_failed = tried.is_err();
-                    results.lock().expect("no other thread panics with it")[index] = Some(tried);
-                    if has_failed || !progress(done.fetch_add(1, Ordering::Relaxed) + 1) {
-                        next.store(plan.cases.len(), Ordering::Relaxed);
-                    }
-                }
-            });
+pub fn run(plan: &Plan, threads: usize, mut progress: impl FnMut(usize) -> bool) -> Result<Vec<Tried>, Problems> {
+    let (mut tried, mut failed) = (Vec::new(), None);
+    let work = |nth: u64| {
+        let nth = nth as usize;
+        let checks_log = nth.is_multiple_of(plan.invariants.log_of_every);
+        try_one(&plan.cases[nth], &plan.invariants, checks_log.then_some(nth))
+    };
+    parallel::in_order(plan.cases.len() as u64, threads, work, |_, one| {
+        match one {
+            Ok(one) => tried.push(one),
+            Err(problems) => failed = Some(problems),
         }
+        if failed.is_none() && progress(tried.len()) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     });
-    results.into_inner().expect("no thread panicked with it").into_iter().flatten().collect()
+    failed.map_or(Ok(tried), Err)
 }
 
 /// One run. A panic is a violation as well. With a number for its name the log is

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
-use std::sync::Mutex;
 
 use super::progress::Progress;
 use super::{FAILED, Failure, HELD, INTERRUPTED, interrupt, say};
@@ -46,13 +45,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let plan = Plan::load(&args.campaign)?;
     let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     interrupt::listen();
-    let progress = Mutex::new(Progress::new(plan.name.clone(), plan.cases.len() as u64));
-    let shown = |progress: &Mutex<Progress>, done: usize| {
-        progress.lock().expect("no thread panics with it").at(done as u64);
+    let mut progress = Progress::new(plan.name.clone(), plan.cases.len() as u64);
+    let tried = campaign::run(&plan, threads, |done| {
+        progress.at(done as u64);
         interrupt::check().is_continue()
-    };
-    let tried = campaign::run(&plan, threads, |done| shown(&progress, done))?;
-    let progress = progress.into_inner().expect("no thread panicked with it");
+    })?;
     progress.done();
     let violated = print(&plan, &tried);
     say(format_args!("{} runs in {:.1} s", tried.len(), progress.elapsed_s()));

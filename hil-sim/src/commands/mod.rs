@@ -2,11 +2,14 @@
 
 pub mod campaign;
 pub mod check;
+pub mod map;
+pub mod merge;
 pub mod paper;
 pub mod plant;
 pub mod run;
 pub mod scenario;
 pub mod serve;
+pub mod sweep;
 
 mod conclusion;
 mod interrupt;

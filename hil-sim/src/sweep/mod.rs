@@ -1,0 +1,34 @@
+//! Thousands of runs that answer one question: for which period, load, friction,
+//! gain is this loop stable and accurate?
+//!
+//! ```text
+//! Plan -> cases, by number -> Shard -> runs on all processors -> rows, in order -> results.csv
+//! ```
+//!
+//! A case follows from the plan and its number alone, so that any part of a
+//! sweep can be run anywhere, and what has been run is not run again.
+
+mod axis;
+mod case;
+mod map;
+mod merge;
+mod normal;
+mod plan;
+mod results;
+mod row;
+mod shard;
+
+pub use axis::{Axis, Spread};
+pub use case::Case;
+pub use map::{Axes, map};
+pub use merge::{Merged, merge};
+pub use plan::{Method, Plan};
+pub use results::{Results, ResultsError};
+pub use row::{COLUMNS, run};
+pub use shard::Shard;
+
+/// The plans that ship with the program, by name.
+pub const SHIPPED: &[(&str, &str)] = &[
+    ("period-and-law", include_str!("../../sweeps/period-and-law.toml")),
+    ("load-and-belief", include_str!("../../sweeps/load-and-belief.toml")),
+];
