@@ -31,7 +31,7 @@ const CELL_PX: f64 = 26.0;
 const LEFT_PX: f64 = 92.0;
 const TOP_PX: f64 = 44.0;
 const BELOW_PX: f64 = 74.0;
-const LEGEND_PX: f64 = 110.0;
+const LEGEND_PX: f64 = 150.0;
 /// Labels have room every so many columns.
 const LABEL_PX: f64 = 40.0;
 
