@@ -31,7 +31,6 @@ pub struct Replay<'c> {
     ticks: u64,
     /// Frames that came out as recorded.
     frames: u64,
-    has_said_goodbye: bool,
 }
 
 /// The first frame that came out otherwise than recorded.
@@ -41,8 +40,8 @@ pub struct Difference {
     pub tick: u64,
     /// The moment of what went in last.
     pub at: Instant,
-    /// What the recorded stack sent there, if it sent anything.
-    pub recorded: Option<Frame>,
+    /// What the recorded stack sent there.
+    pub recorded: Frame,
     /// What this one sends, if it sends anything.
     pub replayed: Option<Frame>,
 }
@@ -62,11 +61,12 @@ impl<'c> Replay<'c> {
     /// A replay to a stack made from `config`, with the paths that an operator
     /// may ask for by the number of their event.
     pub fn new(config: &'c StackConfig, paths: Vec<(u16, Path)>) -> Self {
-        Self { config, paths, stack: None, now: Instant::ZERO, ticks: 0, frames: 0, has_said_goodbye: false }
+        Self { config, paths, stack: None, now: Instant::ZERO, ticks: 0, frames: 0 }
     }
 
     /// Does what the recorded stack was let do, or compares what it sent. Events
-    /// of this stack go to `sink`.
+    /// of this stack go to `sink`. What it has yet to send when the log is over is
+    /// no difference: the recorded run may have ended before that left.
     ///
     /// # Errors
     /// What keeps the replay from going on.
@@ -79,7 +79,7 @@ impl<'c> Replay<'c> {
         match *exchange {
             Exchange::Sent(recorded) => {
                 let replayed = stack.poll_transmit();
-                return Ok(self.compare(Some(recorded), replayed));
+                return Ok(self.compare(recorded, replayed));
             }
             Exchange::Begin(_) => {}
             Exchange::Frame(at, frame) => {
@@ -97,22 +97,13 @@ impl<'c> Replay<'c> {
                 let (_, path) = path.ok_or(ReplayError::NoPath(event))?;
                 stack.follow(path.clone(), event);
             }
-            Exchange::Farewell => {
-                self.has_said_goodbye = true;
-                stack.farewell();
-            }
+            Exchange::Farewell => stack.farewell(),
         }
         while let Some(event) = stack.poll_event() {
             self.ticks += u64::from(matches!(event, Event::Sync(_)));
             sink.event(self.now, &event);
         }
         Ok(None)
-    }
-
-    /// The log is over. One that ends with a goodbye has all that was sent.
-    pub fn finish(&mut self) -> Option<Difference> {
-        let unsent = self.stack.as_mut().and_then(Stack::poll_transmit).filter(|_| self.has_said_goodbye)?;
-        self.compare(None, Some(unsent))
     }
 
     /// Periods begun.
@@ -125,8 +116,8 @@ impl<'c> Replay<'c> {
         self.frames
     }
 
-    fn compare(&mut self, recorded: Option<Frame>, replayed: Option<Frame>) -> Option<Difference> {
-        if recorded == replayed {
+    fn compare(&mut self, recorded: Frame, replayed: Option<Frame>) -> Option<Difference> {
+        if Some(recorded) == replayed {
             self.frames += 1;
             return None;
         }

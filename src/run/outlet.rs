@@ -25,9 +25,20 @@ impl Outlet {
         sink: &mut impl Sink,
         now: Instant,
     ) -> Result<(), BusError> {
-        while let Some(event) = stack.poll_event() {
-            sink.event(now, &event);
-        }
+        tell(stack, sink, now);
+        let sent = self.send(stack, bus, sink, now);
+        // That a frame came out is an event as well.
+        tell(stack, sink, now);
+        sent
+    }
+
+    fn send(
+        &mut self,
+        stack: &mut Stack,
+        bus: &mut dyn Bus,
+        sink: &mut impl Sink,
+        now: Instant,
+    ) -> Result<(), BusError> {
         let mut tried_before = self.is_blocked();
         while let Some(frame) = self.waiting.take().or_else(|| stack.poll_transmit()) {
             match bus.send(&frame) {
@@ -62,5 +73,11 @@ impl Outlet {
             self.counts.given_up += 1;
         }
         true
+    }
+}
+
+fn tell(stack: &mut Stack, sink: &mut impl Sink, now: Instant) {
+    while let Some(event) = stack.poll_event() {
+        sink.event(now, &event);
     }
 }

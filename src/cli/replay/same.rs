@@ -32,7 +32,6 @@ pub fn run(origin: &Origin, log: &[u8], name: &Path) -> Result<ExitCode, Problem
             "it does not say what went into a stack (/canloop/exchange), as logs of canloop drive and hil-sim run do";
         return Err(broken(name, what).into());
     }
-    let difference = difference.or_else(|| replay.finish());
     let (ticks, frames) = (replay.ticks(), replay.frames());
     let wall_s = now().duration_since(began).as_secs_f64();
     let speed = ticks as f64 * origin.config.period.as_secs_f64() / wall_s.max(1e-9);
@@ -71,9 +70,9 @@ impl fmt::Display for Told<'_> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Difference { tick, at, recorded, replayed } = self.difference;
         writeln!(out, "  first difference tick {tick}, {:.6} s", at.as_secs_f64())?;
-        write!(out, "  recorded         {}\n  replayed         ", self.named(recorded))?;
+        write!(out, "  recorded         {}\n  replayed         ", self.named(Some(recorded)))?;
         write!(out, "{}", self.named(replayed))?;
-        let (Some(recorded), Some(replayed)) = (recorded, replayed) else { return Ok(()) };
+        let Some(replayed) = replayed else { return Ok(()) };
         let message = self.dbc.messages.iter().find(|message| message.id == recorded.id);
         let Some(message) = message.filter(|_| recorded.id == replayed.id) else { return Ok(()) };
         let pairs = message.decode(&recorded).zip(message.decode(&replayed));
