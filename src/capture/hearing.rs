@@ -45,16 +45,23 @@ pub fn hear(
     let (mut to_recorder, queue) = RingBuffer::new(QUEUE);
     let lost = Arc::new(AtomicU64::new(0));
     let counter = Arc::clone(&lost);
+    let mut keep = move |at: Instant, arrival: Arrival| {
+        let arrival = with_content(arrival);
+        let is_wanted = !matches!(&arrival, Arrival::Heard(_, content) if !filter.wants(content));
+        if is_wanted && to_recorder.push((at, arrival)).is_err() {
+            counter.fetch_add(1, Ordering::Relaxed);
+        }
+    };
     let listen = move || {
         while stop.wish().is_none() {
-            let Some((at, arrival)) = bus.receive(clock.now() + LOOK_UP)? else { continue };
-            let arrival = with_content(arrival);
-            if matches!(&arrival, Arrival::Heard(_, content) if !filter.wants(content)) {
-                continue;
+            if let Some((at, arrival)) = bus.receive(clock.now() + LOOK_UP)? {
+                keep(at, arrival);
             }
-            if to_recorder.push((at, arrival)).is_err() {
-                counter.fetch_add(1, Ordering::Relaxed);
-            }
+        }
+        // What had come by then, and only waits to be read, is kept as well.
+        let end = clock.now();
+        while let Some((at, arrival)) = bus.receive(end)?.filter(|(at, _)| *at <= end) {
+            keep(at, arrival);
         }
         Ok(())
     };
