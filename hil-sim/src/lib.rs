@@ -17,6 +17,7 @@ pub mod encoder;
 pub mod expect;
 pub mod far_side;
 pub mod findings;
+pub mod frames_hash;
 mod ideal;
 pub mod paper;
 pub mod parallel;

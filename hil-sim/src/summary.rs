@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::bench::{End, Outcome};
 use crate::expect::{Occurrence, Verdict, Watch};
+use crate::frames_hash::FramesHash;
 use crate::scenario::{Link, Scenario};
 use crate::wire::NodeStats;
 
@@ -50,8 +51,7 @@ pub struct Summary {
     pub rings: bool,
     /// What crossed the bus.
     pub bus: BusFigures,
-    /// BLAKE3 over every frame's time, id and data in order: time as 8 bytes
-    /// (ns, little-endian), id as 4 (bit 31 set where it is extended).
+    /// The hash of every frame that crossed: [`FramesHash`].
     pub frames_blake3: String,
     /// What the figures mean, where something went wrong.
     pub findings: Vec<String>,
@@ -135,15 +135,11 @@ pub struct Gauge {
     /// Reads torques from the commands on the bus, where the stack that sent
     /// them is somebody else's and tells nothing.
     commands: Option<Profile>,
-    frames: blake3::Hasher,
-    /// Frames are hashed in blocks, which is several times faster.
-    block: Vec<u8>,
+    frames: FramesHash,
     /// Names of the scenario's events.
     planned: Vec<String>,
     watches: Vec<Watch>,
 }
-
-const BLOCK_BYTES: usize = 64 * 1024;
 
 impl Summary {
     /// How the run went, in a word: `passed`, `failed` or `interrupted`.
@@ -175,8 +171,7 @@ impl Gauge {
             steps: 0,
             last_right_nm: None,
             commands: None,
-            frames: blake3::Hasher::new(),
-            block: Vec::with_capacity(BLOCK_BYTES + 128),
+            frames: FramesHash::new(),
             planned: scenario.events.iter().map(|event| event.name.clone()).collect(),
             watches: scenario.expectations.iter().map(|expectation| expectation.watch(period_s)).collect(),
         }
@@ -191,8 +186,7 @@ impl Gauge {
     }
 
     /// The figures, once the run is over.
-    pub fn summary(mut self, scenario: &Scenario, outcome: &Outcome) -> Summary {
-        self.frames.update(&self.block);
+    pub fn summary(self, scenario: &Scenario, outcome: &Outcome) -> Summary {
         let expectations: Vec<Verdict> = self.watches.iter().map(Watch::verdict).collect();
         let simulated_s = outcome.ticks as f64 * self.period_s;
         let rms_m = (self.squares_m2 / self.samples.max(1) as f64).sqrt();
@@ -231,7 +225,7 @@ impl Gauge {
                 load_percent: 100.0 * outcome.wire.busy.as_secs_f64()
                     / outcome.wire.until.as_secs_f64().max(simulated_s).max(self.period_s),
             },
-            frames_blake3: self.frames.finalize().to_hex().to_string(),
+            frames_blake3: self.frames.finish(),
             findings: Vec::new(),
             expectations,
             log: None,
@@ -272,14 +266,7 @@ impl Gauge {
     }
 
     fn take_frame(&mut self, at: Instant, frame: &Frame) {
-        let marked_id = frame.id.raw() | u32::from(frame.id.is_extended()) << 31;
-        self.block.extend_from_slice(&at.as_nanos().to_le_bytes());
-        self.block.extend_from_slice(&marked_id.to_le_bytes());
-        self.block.extend_from_slice(frame.payload());
-        if self.block.len() >= BLOCK_BYTES {
-            self.frames.update(&self.block);
-            self.block.clear();
-        }
+        self.frames.take(at, frame);
         let decoded = self.commands.as_ref().map(|profile| profile.decode(frame));
         if let Some(Ok(Message::Command(wheel, command))) = decoded {
             self.take_torque(wheel, command.torque_nm);

@@ -7,6 +7,7 @@ use canloop::time::Instant;
 use canloop::traffic;
 
 use crate::bench::Outcome;
+use crate::frames_hash::FramesHash;
 use crate::recording::Recording;
 use crate::scenario::Scenario;
 
@@ -56,16 +57,14 @@ impl<W: Sink> Sink for Logged<'_, W> {
 /// That of [`crate::summary::Summary::frames_blake3`], over what a log holds.
 fn hash_of(path: &Path) -> Result<String, String> {
     let (_, reader) = traffic::open(path, None).map_err(|problem| problem.to_string())?;
-    let mut hasher = blake3::Hasher::new();
+    let mut hash = FramesHash::new();
     for item in reader {
         let record = item.map_err(|finding| finding.title)?;
-        let Some(frame) = record.frame() else { continue };
-        let marked_id = frame.id.raw() | u32::from(frame.id.is_extended()) << 31;
-        hasher.update(&record.at.as_nanos().to_le_bytes());
-        hasher.update(&marked_id.to_le_bytes());
-        hasher.update(frame.payload());
+        if let Some(frame) = record.frame() {
+            hash.take(record.at, frame);
+        }
     }
-    Ok(hasher.finalize().to_hex().to_string())
+    Ok(hash.finish())
 }
 
 #[cfg(test)]
