@@ -71,12 +71,11 @@ impl Faults {
         self.begun
     }
 
-    /// Each fault has a row of chance of its own: this one, or that of its
-    /// number.
-    pub fn begin(&mut self, now: Instant, fault: Fault, row: Option<u64>) -> FaultId {
+    /// Each fault has a row of chance of its own: this one.
+    pub fn begin(&mut self, now: Instant, fault: Fault, row: u64) -> FaultId {
         let id = FaultId(self.begun);
         self.begun += 1;
-        let chance = Chance::new(self.seed, row.unwrap_or(u64::from(id.0)));
+        let chance = Chance::new(self.seed, row);
         self.active.push(Active { id, fault, chance, taken: 0, is_bad: false, next: now });
         id
     }

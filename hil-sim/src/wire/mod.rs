@@ -175,16 +175,12 @@ impl Wire {
 
     /// Lets a fault begin. Its chance is that of its number.
     pub fn begin(&mut self, now: Instant, fault: Fault) -> FaultId {
-        self.begin_fault(now, fault, None)
+        self.begin_in_row(now, fault, u64::from(self.faults.begun()))
     }
 
     /// Lets a fault begin whose chance is this row of it, whatever other faults
     /// there are.
     pub fn begin_in_row(&mut self, now: Instant, fault: Fault, row: u64) -> FaultId {
-        self.begin_fault(now, fault, Some(row))
-    }
-
-    fn begin_fault(&mut self, now: Instant, fault: Fault, row: Option<u64>) -> FaultId {
         self.now = self.now.max(now);
         self.is_quiet = false;
         let id = self.faults.begin(self.now, fault, row);
