@@ -145,6 +145,14 @@ pub struct Mark {
     pub has_begun: bool,
 }
 
+impl Mark {
+    /// What it says to people, given the names of what was planned.
+    pub fn text(self, planned: &[String]) -> String {
+        let name = planned.get(usize::from(self.event)).map_or("an event", String::as_str);
+        format!("{name} {}", if self.has_begun { "begins" } else { "ends" })
+    }
+}
+
 impl Notice {
     /// Every `kind` that a stack tells in lock-step.
     pub const KINDS: [&'static str; 12] = [

@@ -312,11 +312,11 @@ impl FarSide {
 
 /// What is said of a change of the stack's own controller.
 pub fn controller_notice(state: ControllerState) -> Notice {
-    let (kind, text) = match state {
-        ControllerState::ErrorActive => ("error_active", "the stack's CAN controller takes part as usual again"),
-        ControllerState::ErrorWarning => ("error_warning", "the stack's CAN controller has counted many errors"),
-        ControllerState::ErrorPassive => ("error_passive", "the stack's CAN controller is error-passive"),
-        ControllerState::BusOff => ("bus_off", "the stack's CAN controller went off the bus"),
+    let text = match state {
+        ControllerState::ErrorActive => "the stack's CAN controller takes part as usual again",
+        ControllerState::ErrorWarning => "the stack's CAN controller has counted many errors",
+        ControllerState::ErrorPassive => "the stack's CAN controller is error-passive",
+        ControllerState::BusOff => "the stack's CAN controller went off the bus",
     };
-    Notice { kind, text }
+    Notice { kind: state.word(), text }
 }

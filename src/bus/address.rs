@@ -51,14 +51,9 @@ impl Address {
     }
 }
 
-impl Address {
-    /// What the bus is called, wherever it is.
-    pub fn bus_name(&self) -> &str {
-        match self {
-            Self::Interface(name) => name,
-            Self::Server(endpoint) | Self::Listen(endpoint) => &endpoint.bus_name,
-        }
-    }
+/// What the bus at `address` is called, wherever it is.
+pub fn bus_name(address: &str) -> &str {
+    address.rsplit('/').next().unwrap_or(address)
 }
 
 /// Opens the bus at `address`, which [`Address`] has the forms of.

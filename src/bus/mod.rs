@@ -15,7 +15,7 @@ mod worst_case;
 
 use std::fmt;
 
-pub use address::{Address, OpenOptions, USUAL_BIT_RATE_BIT_S, open, read_bit_rate};
+pub use address::{Address, OpenOptions, USUAL_BIT_RATE_BIT_S, bus_name, open, read_bit_rate};
 #[cfg(target_os = "linux")]
 pub use can_link::{CanLink, LinkError};
 pub use frame_bits::{data_phase_bits, frame_bits};
@@ -74,6 +74,18 @@ pub enum ControllerState {
     ErrorPassive,
     /// Off the bus: the transmit error counter passed 255.
     BusOff,
+}
+
+impl ControllerState {
+    /// A word for logs.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::ErrorActive => "error_active",
+            Self::ErrorWarning => "error_warning",
+            Self::ErrorPassive => "error_passive",
+            Self::BusOff => "bus_off",
+        }
+    }
 }
 
 /// Why a bus did not do what it was asked.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use super::{BusStatistics, Hearing, Rotation};
-use crate::bus::{Arrival, ControllerState};
+use crate::bus::Arrival;
 use crate::log::{FrameLog, LogError, LoggedBus, LoggedFrame};
 use crate::schema::Dbc;
 use crate::time::Instant;
@@ -82,11 +82,15 @@ impl<'d> Recorder<'d> {
     pub fn write(&mut self) -> Result<bool, LogError> {
         let mut has_any = false;
         for bus in 0..self.hearings.len() {
+            // Asked of the system once a turn: a turn is less than a chunk.
+            let mut bytes = self.rotation.bytes.map_or(0, |_| self.log.as_ref().map_or(0, FrameLog::bytes));
             for _ in 0..TURN {
                 let Ok((at, arrival)) = self.hearings[bus].queue.pop() else { break };
                 has_any = true;
                 self.note_what_found_no_room(bus, at)?;
-                self.rotate(at)?;
+                if self.rotate(at, bytes)? {
+                    bytes = 0;
+                }
                 self.put(bus, at, &arrival)?;
             }
         }
@@ -149,18 +153,17 @@ impl<'d> Recorder<'d> {
         Ok(())
     }
 
-    fn rotate(&mut self, at: Instant) -> Result<(), LogError> {
+    /// Goes on in another file if the present one, of so many bytes, is full at
+    /// this moment; says whether it was.
+    fn rotate(&mut self, at: Instant, bytes: u64) -> Result<bool, LogError> {
         let begun = *self.begun.get_or_insert(at);
-        if !self.rotation.is_wanted() {
-            return Ok(());
-        }
-        let bytes = self.log.as_ref().map_or(0, FrameLog::bytes);
-        if self.rotation.is_due(begun, at, bytes) {
+        let is_due = self.rotation.is_due(begun, at, bytes);
+        if is_due {
             self.end_file()?;
             self.begin_file()?;
             self.begun = Some(at);
         }
-        Ok(())
+        Ok(is_due)
     }
 
     fn note_what_found_no_room(&mut self, bus: usize, at: Instant) -> Result<(), LogError> {
@@ -184,7 +187,9 @@ impl<'d> Recorder<'d> {
             Arrival::Heard(_, Content::Lost(frames)) | Arrival::Lost(frames) => {
                 self.tell_lost(bus, at, u64::from(*frames))
             }
-            Arrival::State(state) => log.notice(at, state_word(*state), &format!("{name}: its controller")),
+            Arrival::State(state) => {
+                log.notice(at, state.word(), &format!("{name}: its controller is {}", state.word()))
+            }
             Arrival::Down => log.notice(at, "down", &format!("{name}: the interface went down or away")),
             Arrival::Up => log.notice(at, "up", &format!("{name}: the interface is back")),
             Arrival::Frame(frame) => log.put(bus, at, &logged(Direction::Received, &(*frame).into())),
@@ -203,14 +208,5 @@ fn logged(direction: Direction, recorded: &RecordedFrame) -> LoggedFrame<'_> {
         sent_by_stack: direction == Direction::Sent,
         error_passive: recorded.error_passive,
         dlc_above_8: recorded.dlc_above_8,
-    }
-}
-
-const fn state_word(state: ControllerState) -> &'static str {
-    match state {
-        ControllerState::ErrorActive => "error_active",
-        ControllerState::ErrorWarning => "error_warning",
-        ControllerState::ErrorPassive => "error_passive",
-        ControllerState::BusOff => "bus_off",
     }
 }

@@ -1,10 +1,8 @@
 //! `canloop.Exchange`: what went into a stack and came out of it, as protobuf.
 
-use prost::bytes::Buf;
-use prost::encoding::{DecodeContext, WireType, bool, bytes, decode_key, sfixed64, skip_field, string, uint32};
 use prost_types::field_descriptor_proto::Type;
 
-use super::protobuf::{put_bytes, put_fixed, put_unsigned};
+use super::protobuf::{Value, put_bytes, put_fixed, put_unsigned, read_fields};
 use crate::exchange::Exchange;
 use crate::frame::{CanId, Frame, FrameKind};
 use crate::safety::{Operator, Reason};
@@ -54,67 +52,60 @@ fn put_frame(out: &mut Vec<u8>, frame: &Frame) {
 ///
 /// # Errors
 /// What is wrong with it.
-pub fn exchange_from(mut message: &[u8]) -> Result<Exchange, String> {
+pub fn exchange_from(message: &[u8]) -> Result<Exchange, String> {
     let mut fields = Fields::default();
-    while message.has_remaining() {
-        fields.merge(&mut message).map_err(|error| error.to_string())?;
-    }
+    read_fields(message, |number, value| match (number, value) {
+        (1, Value::Bytes(what)) => fields.what = what,
+        (2, Value::Fixed(at_ns)) => fields.at_ns = at_ns.cast_signed(),
+        (3, Value::Number(id)) => fields.id = u32::try_from(id).unwrap_or(u32::MAX),
+        (4, Value::Number(is_extended)) => fields.is_extended = is_extended != 0,
+        (5, Value::Number(kind)) => fields.kind = usize::try_from(kind).unwrap_or(usize::MAX),
+        (6, Value::Bytes(data)) => fields.data = data,
+        (7, Value::Bytes(which)) => fields.which = which,
+        (8, Value::Number(event)) => fields.event = event as u16,
+        _ => {}
+    })?;
     fields.exchange()
 }
 
 #[derive(Default)]
-struct Fields {
-    what: String,
+struct Fields<'m> {
+    what: &'m [u8],
     at_ns: i64,
     id: u32,
     is_extended: bool,
-    kind: u32,
-    data: Vec<u8>,
-    which: String,
-    event: u32,
+    kind: usize,
+    data: &'m [u8],
+    which: &'m [u8],
+    event: u16,
 }
 
-impl Fields {
-    fn merge(&mut self, from: &mut &[u8]) -> Result<(), prost::DecodeError> {
-        let (number, wire): (u32, WireType) = decode_key(from)?;
-        let context = DecodeContext::default();
-        match number {
-            1 => string::merge(wire, &mut self.what, from, context),
-            2 => sfixed64::merge(wire, &mut self.at_ns, from, context),
-            3 => uint32::merge(wire, &mut self.id, from, context),
-            4 => bool::merge(wire, &mut self.is_extended, from, context),
-            5 => uint32::merge(wire, &mut self.kind, from, context),
-            6 => bytes::merge(wire, &mut self.data, from, context),
-            7 => string::merge(wire, &mut self.which, from, context),
-            8 => uint32::merge(wire, &mut self.event, from, context),
-            _ => skip_field(wire, number, from, context),
-        }
-    }
-
+impl Fields<'_> {
     fn exchange(&self) -> Result<Exchange, String> {
         let at = Instant::from_nanos(self.at_ns);
-        let unknown = |expected: &str| format!("found {:?}, expected {expected}", self.which);
-        match self.what.as_str() {
-            "begin" => Ok(Exchange::Begin(at)),
-            "frame" => Ok(Exchange::Frame(at, self.frame()?)),
-            "wakeup" => Ok(Exchange::Wakeup(at)),
-            "sent" => Ok(Exchange::Sent(self.frame()?)),
-            "farewell" => Ok(Exchange::Farewell),
-            "follow" => Ok(Exchange::Follow(self.event as u16)),
-            "operate" => {
-                let wish = Operator::ALL.into_iter().find(|wish| wish.name() == self.which);
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let unknown = |expected: &str| format!("found {:?}, expected {expected}", text(self.which));
+        match self.what {
+            b"begin" => Ok(Exchange::Begin(at)),
+            b"frame" => Ok(Exchange::Frame(at, self.frame()?)),
+            b"wakeup" => Ok(Exchange::Wakeup(at)),
+            b"sent" => Ok(Exchange::Sent(self.frame()?)),
+            b"farewell" => Ok(Exchange::Farewell),
+            b"follow" => Ok(Exchange::Follow(self.event)),
+            b"operate" => {
+                let wish = Operator::ALL.into_iter().find(|wish| wish.name().as_bytes() == self.which);
                 wish.map(Exchange::Operate).ok_or_else(|| unknown("what an operator can want"))
             }
-            "trip" => {
-                let reason = Reason::ALL.into_iter().find(|reason| reason.name() == self.which);
+            b"trip" => {
+                let reason = Reason::ALL.into_iter().find(|reason| reason.name().as_bytes() == self.which);
                 reason.map(Exchange::Trip).ok_or_else(|| unknown("a reason to trip"))
             }
-            other => Err(format!("found {other:?}, expected what goes into a stack or comes out of it")),
+            other => Err(format!("found {:?}, expected what goes into a stack or comes out of it", text(other))),
         }
     }
 
     fn frame(&self) -> Result<Frame, String> {
-        let kind = KINDS.get(self.kind as usize).copied();
+        let kind = KINDS.get(self.kind).copied();
         let kind = kind.ok_or_else(|| format!("found a frame of kind {}, expected 0 to 3", self.kind))?;
         let most = if matches!(kind, FrameKind::Fd | FrameKind::FdBitRateSwitch) { Frame::CAPACITY } else { 8 };
         if self.data.len() > most {
@@ -126,7 +117,7 @@ impl Fields {
             _ => return Err(format!("found the arbitration id {:#x}, which is too large", self.id)),
         };
         let mut frame = Frame::zeroed(id, self.data.len());
-        frame.payload_mut().copy_from_slice(&self.data);
+        frame.payload_mut().copy_from_slice(self.data);
         frame.kind = kind;
         Ok(frame)
     }

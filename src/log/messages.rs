@@ -10,7 +10,7 @@ use super::exchange::{EXCHANGE_FIELDS, put_exchange};
 use super::medium::{Catalogue, Medium};
 use super::protobuf::{Level, put_doubles, put_log};
 use super::{EXCHANGE_TOPIC, LOOP_TOPIC, LogContents, LogError, NOTICES_TOPIC, STACK_TOPIC};
-use crate::event::{Event, Mark, Notice, Tick, Timing, Truth};
+use crate::event::{Event, Notice, Tick, Timing, Truth};
 use crate::time::Instant;
 
 /// Turns the events of a run into messages.
@@ -70,7 +70,7 @@ impl Messages {
             Event::Timing(timing) => medium.message(self.timing, at, |out| put_doubles(out, &timing.values())),
             Event::Exchange(exchange) => medium.message(self.exchange, at, |out| put_exchange(out, exchange)),
             Event::Notice(Notice { kind, text }) => self.notice(medium, at, Level::Info, kind, text),
-            Event::Mark(mark) => self.notice(medium, at, Level::Info, "event", &mark_text(&self.planned, *mark)),
+            Event::Mark(mark) => self.notice(medium, at, Level::Info, "event", &mark.text(&self.planned)),
         }
     }
 
@@ -89,12 +89,6 @@ impl Messages {
     fn notice(&self, medium: &mut impl Medium, at: Instant, level: Level, name: &str, text: &str) {
         medium.message(self.notices, at, |out| put_log(out, at, level, name, text));
     }
-}
-
-/// What a mark says to people, given the names of what was planned.
-pub(crate) fn mark_text(planned: &[String], Mark { event, has_begun }: Mark) -> String {
-    let name = planned.get(usize::from(event)).map_or("an event", String::as_str);
-    format!("{name} {}", if has_begun { "begins" } else { "ends" })
 }
 
 /// Adds a channel whose messages are doubles with these names.

@@ -35,7 +35,7 @@ pub use mcap_log::{LogContents, LogError, LogReport, LoggedBus, McapLog, WhenFul
 pub(crate) use medium::{Catalogue, Medium};
 #[cfg(feature = "foxglove")]
 pub(crate) use messages::Messages;
-pub(crate) use messages::mark_text;
+pub(crate) use protobuf::{Value, read_fields};
 pub use repair::{Repaired, examine, repair};
 
 /// The topic of the stack's own state.

@@ -1,5 +1,5 @@
-//! Protobuf messages written straight into a chunk: a field is a tag and a
-//! value. What there is is written, zeros too, because some viewers take a
+//! Protobuf messages, written straight into a chunk and read again: a field is a
+//! tag and a value. What there is is written, zeros too, because some viewers take a
 //! field that is missing for a gap in the signal; and a signal that a frame
 //! does not carry is one.
 
@@ -129,4 +129,56 @@ fn put_varint(out: &mut Vec<u8>, mut value: u64) {
 /// The order 0, -1, 1, -2, 2, ... that keeps small negative numbers short.
 const fn zigzag(value: i64) -> u64 {
     ((value << 1) ^ (value >> 63)) as u64
+}
+
+/// What a field holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Value<'m> {
+    /// A whole number of any length.
+    Number(u64),
+    /// Eight bytes, as a double or as a whole number.
+    Fixed(u64),
+    /// Text, or bytes.
+    Bytes(&'m [u8]),
+}
+
+/// Gives each field's number and value, but for those of four bytes, which no
+/// message here has to be understood by.
+pub(crate) fn read_fields<'m>(mut rest: &'m [u8], mut take: impl FnMut(u64, Value<'m>)) -> Result<(), &'static str> {
+    while !rest.is_empty() {
+        let tag = varint(&mut rest).ok_or(SHORT)?;
+        match (tag >> 3, tag & 7) {
+            (number, VARINT) => take(number, Value::Number(varint(&mut rest).ok_or(SHORT)?)),
+            (number, LENGTH_DELIMITED) => {
+                let len = usize::try_from(varint(&mut rest).ok_or(SHORT)?).map_err(|_| SHORT)?;
+                let (value, behind) = rest.split_at_checked(len).ok_or(SHORT)?;
+                rest = behind;
+                take(number, Value::Bytes(value));
+            }
+            (number, FIXED64) => {
+                let (value, behind) = rest.split_first_chunk().ok_or(SHORT)?;
+                rest = behind;
+                take(number, Value::Fixed(u64::from_le_bytes(*value)));
+            }
+            (_, FIXED32) => rest = rest.get(4..).ok_or(SHORT)?,
+            _ => return Err("a message is not in protobuf"),
+        }
+    }
+    Ok(())
+}
+
+const SHORT: &str = "a message is shorter than its schema says";
+
+/// Seven bits a byte, lowest first.
+fn varint(rest: &mut &[u8]) -> Option<u64> {
+    let mut value = 0;
+    for shift in (0..64).step_by(7) {
+        let (byte, behind) = rest.split_first()?;
+        *rest = behind;
+        value |= u64::from(byte & 0x7F) << shift;
+        if byte & 0x80 == 0 {
+            return Some(value);
+        }
+    }
+    None
 }

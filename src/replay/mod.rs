@@ -17,7 +17,7 @@ use crate::time::Instant;
 
 pub use deviation::{Deviation, Deviations};
 pub use playback::Playback;
-pub use recorded::{Recorded, RecordedItem};
+pub use recorded::{Recorded, RecordedItem, attachments};
 
 /// A stack that is given what another one was given.
 pub struct Replay<'c> {
@@ -71,17 +71,17 @@ impl<'c> Replay<'c> {
     /// # Errors
     /// What keeps the replay from going on.
     pub fn take(&mut self, exchange: &Exchange, sink: &mut impl Sink) -> Result<Option<Difference>, ReplayError> {
-        if let Exchange::Begin(start) = *exchange {
-            self.stack = Some(Stack::new(self.config, start));
-            return Ok(None);
-        }
-        let stack = self.stack.as_mut().ok_or(ReplayError::NoBeginning)?;
+        let stack = match (*exchange, &mut self.stack) {
+            (Exchange::Begin(start), stack) => stack.insert(Stack::new(self.config, start)),
+            (_, Some(stack)) => stack,
+            (_, None) => return Err(ReplayError::NoBeginning),
+        };
         match *exchange {
+            Exchange::Begin(_) => {}
             Exchange::Sent(recorded) => {
                 let replayed = stack.poll_transmit();
                 return Ok(self.compare(recorded, replayed));
             }
-            Exchange::Begin(_) => {}
             Exchange::Frame(at, frame) => {
                 self.now = at;
                 stack.handle_frame(at, &frame);

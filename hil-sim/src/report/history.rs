@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use canloop::event::{BusFrame, Event, Mark, Sink, Tick, Truth};
+use canloop::event::{BusFrame, Event, Sink, Tick, Truth};
 use canloop::frame::CanId;
 use canloop::report::Curve;
 use canloop::robot::Pose;
@@ -195,9 +195,8 @@ impl Sink for History {
             Event::Notice(notice) if self.moments.len() < MOMENTS => {
                 self.moments.push(Moment { at_s: at.as_secs_f64(), kind: notice.kind, text: notice.text.into() });
             }
-            Event::Mark(Mark { event, has_begun }) if self.moments.len() < MOMENTS => {
-                let name = &self.planned[usize::from(*event)];
-                let text = format!("{name} {}", if *has_begun { "begins" } else { "ends" });
+            Event::Mark(mark) if self.moments.len() < MOMENTS => {
+                let text = mark.text(&self.planned);
                 self.moments.push(Moment { at_s: at.as_secs_f64(), kind: "event", text: text.into() });
             }
             Event::Notice(_) | Event::Mark(_) | Event::Timing(_) | Event::Exchange(_) => {}

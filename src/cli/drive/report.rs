@@ -6,6 +6,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use crate::bus::bus_name;
 use crate::cli::say;
 use crate::config::Problem;
 use crate::event::{Event, Sink};
@@ -99,7 +100,7 @@ pub fn contents<'a>(bus: &'a str, config: &'a StackConfig, text: &str) -> LogCon
     let profile = &config.profile;
     let file = |name: String, media_type: &str, text: &str| (name, media_type.to_owned(), text.into());
     LogContents {
-        buses: vec![LoggedBus { name: bus.rsplit('/').next().unwrap_or(bus), dbcs: vec![&profile.dbc] }],
+        buses: vec![LoggedBus { name: bus_name(bus), dbcs: vec![&profile.dbc] }],
         attachments: vec![
             file("robot.toml".to_owned(), "application/toml", text),
             file(format!("{}.toml", profile.name), "application/toml", &profile.toml_text),

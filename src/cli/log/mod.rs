@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::{say, seconds, stop};
-use crate::bus::{self, Address, OpenOptions};
+use crate::bus::{self, OpenOptions};
 use crate::capture::{Filter, Hearing, Recorder, Rotation, hear};
 use crate::config::{Problem, Problems};
 use crate::log::LogError;
@@ -112,7 +112,7 @@ fn listen(
     let mut hearings: Vec<Hearing> = Vec::new();
     let options = OpenOptions { listens: true, ..OpenOptions::default() };
     for address in addresses {
-        let name = Address::parse(address)?.bus_name().to_owned();
+        let name = bus::bus_name(address).to_owned();
         if hearings.iter().any(|other| other.name == name) {
             return Err(Problem::bare(format!("two of the buses are called {name}"))
                 .help("the log tells them apart by their names"));

@@ -7,10 +7,9 @@ use std::process::ExitCode;
 use super::origin::Origin;
 use super::{broken, say, say_cut};
 use crate::config::{Problem, Problems, nearest};
-use crate::event::{Event, Sink, Tick};
+use crate::event::Tick;
 use crate::replay::{Deviations, Recorded, RecordedItem, Replay};
-use crate::report::{Chart, Figure, Page, Role, Section, Series, Stroke};
-use crate::time::Instant;
+use crate::report::{Chart, Curve, Figure, Page, Role, Section, Series, Stroke};
 
 /// Tolerances by signal.
 pub struct Comparison {
@@ -20,8 +19,8 @@ pub struct Comparison {
 /// Both courses of a signal.
 #[derive(Clone, Debug, Default)]
 struct Courses {
-    recorded: Vec<(f64, f64)>,
-    replayed: Vec<(f64, f64)>,
+    recorded: Curve,
+    replayed: Curve,
 }
 
 impl Comparison {
@@ -38,19 +37,18 @@ impl Comparison {
         let mut recorded = Recorded::new(log).map_err(|what| broken(name, &what))?;
         let mut courses = vec![Courses::default(); Tick::NAMES.len()];
         let period_s = origin.config.period.as_secs_f64();
-        let mut ticks = Ticks { deviations: &mut deviations };
         for item in recorded.by_ref() {
             match item.map_err(|what| broken(name, &what))? {
                 RecordedItem::Exchange(exchange) => {
-                    replay.take(&exchange, &mut ticks).map_err(|what| broken(name, &what.to_string()))?;
+                    replay.take(&exchange, &mut deviations).map_err(|what| broken(name, &what.to_string()))?;
                 }
                 RecordedItem::Tick(was) => {
-                    let is = ticks.deviations.recorded(&was);
+                    let is = deviations.recorded(&was);
                     if let Some(is) = is.filter(|_| report.is_some()) {
                         let at_s = was[0] * period_s;
                         for ((courses, was), is) in courses.iter_mut().zip(&*was).zip(is) {
-                            courses.recorded.push((at_s, *was));
-                            courses.replayed.push((at_s, is));
+                            courses.recorded.take(at_s, *was);
+                            courses.replayed.take(at_s, is);
                         }
                     }
                 }
@@ -68,17 +66,6 @@ impl Comparison {
 
     fn tolerance(&self, name: &str) -> f64 {
         self.tolerances.iter().rev().find(|(known, _)| known == name).map_or(0.0, |(_, value)| *value)
-    }
-}
-
-/// Gives events to what compares them.
-struct Ticks<'d> {
-    deviations: &'d mut Deviations,
-}
-
-impl Sink for Ticks<'_> {
-    fn event(&mut self, at: Instant, event: &Event) {
-        self.deviations.event(at, event);
     }
 }
 
@@ -136,8 +123,8 @@ fn write_page(path: &Path, log: &Path, deviations: &Deviations, courses: Vec<Cou
         let chart = Chart::new(name)
             .x_axis("time", "s")
             .y_axis(name, "")
-            .series(Series::new("recorded", Role::Reference, Stroke::Solid, courses.recorded))
-            .series(Series::new("replayed", Role::Response, Stroke::Solid, courses.replayed));
+            .series(Series::new("recorded", Role::Reference, Stroke::Solid, courses.recorded.points()))
+            .series(Series::new("replayed", Role::Response, Stroke::Solid, courses.replayed.points()));
         let caption =
             format!("differs from tick {first} on, by {:.6} at most, in tick {}", signal.most, signal.most_tick);
         page = page.section(Section::new(name).figure(Figure::new(name, caption, vec![chart])));

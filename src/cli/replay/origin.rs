@@ -5,7 +5,7 @@ use std::path::Path as FilePath;
 use super::broken;
 use crate::config::{Document, Problems, Reader, Source};
 use crate::path::Path;
-use crate::replay::{Recorded, RecordedItem};
+use crate::replay::attachments;
 use crate::schema::Profile;
 use crate::stack::{RobotFile, StackConfig};
 
@@ -23,7 +23,7 @@ const CONFIGS: [&str; 2] = ["scenario.toml", "robot.toml"];
 impl Origin {
     /// That of a log, or the given one in its place, with overrides laid over it.
     pub fn find(log: &[u8], name: &FilePath, other: Option<&FilePath>, overrides: &[String]) -> Result<Self, Problems> {
-        let attached = attachments(log).map_err(|what| broken(name, &what))?;
+        let attached = attached_texts(log).map_err(|what| broken(name, &what))?;
         let named = |wanted: &dyn Fn(&str) -> bool| attached.iter().find(|(name, _)| wanted(name));
         let is_config = |name: &str| CONFIGS.contains(&name);
         let config = named(&is_config);
@@ -55,19 +55,13 @@ impl Origin {
     }
 }
 
-/// Files attached to a log, by name. They come before its first message.
-fn attachments(log: &[u8]) -> Result<Vec<(String, String)>, String> {
-    let mut found = Vec::new();
-    for item in Recorded::new(log)? {
-        match item? {
-            RecordedItem::Attachment { name, data } => {
-                let text = std::str::from_utf8(&data).map_err(|_| format!("the attached {name} is no text"))?;
-                found.push((name, text.to_owned()));
-            }
-            _ => break,
-        }
-    }
-    Ok(found)
+/// Texts attached to a log, by name.
+fn attached_texts(log: &[u8]) -> Result<Vec<(String, String)>, String> {
+    let text = |(name, data): (String, Vec<u8>)| match String::from_utf8(data) {
+        Ok(text) => Ok((name, text)),
+        Err(_) => Err(format!("the attached {name} is no text")),
+    };
+    attachments(log)?.into_iter().map(text).collect()
 }
 
 /// Paths that events of a scenario have.

@@ -18,7 +18,7 @@ use crate::time::Instant;
 pub fn run(origin: &Origin, log: &[u8], name: &Path) -> Result<ExitCode, Problems> {
     let began = now();
     let mut replay = Replay::new(&origin.config, origin.paths.clone());
-    let mut recorded = Recorded::new(log).map_err(|what| broken(name, &what))?;
+    let mut recorded = Recorded::only_exchange(log).map_err(|what| broken(name, &what))?;
     let mut has_begun = false;
     let mut difference = None;
     while let (None, Some(item)) = (difference, recorded.next()) {

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use super::log_file::{complain, named, open_log};
 use super::say;
 use crate::config::{Problem, Problems, Source};
-use crate::replay::{Recorded, RecordedItem};
+use crate::replay::attachments;
 use crate::report::Page;
 use crate::schema::Dbc;
 use crate::traffic::Conversion;
@@ -52,9 +52,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Problems> {
     let of_stack = if format.to_string() == "MCAP" { Some(read_whole(path)?) } else { None };
     let mut dbcs = args.dbcs.iter().map(|path| Ok(Dbc::parse_leniently(&Dbc::read_source(path)?).0));
     let mut dbcs: Vec<Dbc> = dbcs.by_ref().collect::<Result<_, Problem>>()?;
-    if let Some(log) = &of_stack {
-        dbcs.extend(attached(log));
-    }
+    let attached = of_stack.as_deref().map(attached_texts).unwrap_or_default();
+    let of_log = attached.iter().filter(|(name, _)| name.ends_with(".dbc"));
+    dbcs.extend(of_log.map(|(name, text)| Dbc::parse_leniently(&Source::new(name, text.as_str())).0));
     let (mut buses, mut signals, mut done) = (Buses::new(args.bitrate), Signals::of(&dbcs), Conversion::default());
     for item in &mut *reader {
         match item {
@@ -68,7 +68,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Problems> {
     }
     let mut page = Page::new(path.display().to_string());
     page = page.lead(format!("{format}, {} records over {:.3} s.", done.records, buses.span_s()));
-    let stack = of_stack.as_deref().map(Stack::read).transpose().map_err(|what| unreadable(path, &what))?;
+    let stack = of_stack
+        .as_deref()
+        .map(|log| Stack::read(log, &attached))
+        .transpose()
+        .map_err(|what| unreadable(path, &what))?;
     if let Some(stack) = stack.filter(Stack::has_any) {
         page = stack.sections(page, |at| buses.seconds(at));
     }
@@ -91,14 +95,8 @@ fn unreadable(path: &Path, what: &str) -> Problem {
     Problem::bare(format!("cannot go on reading {}: {what}", path.display()))
 }
 
-/// The DBC files in a log.
-fn attached(log: &[u8]) -> Vec<Dbc> {
-    let Ok(recorded) = Recorded::new(log) else { return Vec::new() };
-    let attachments = recorded.map_while(|item| match item {
-        Ok(RecordedItem::Attachment { name, data }) => Some((name, data)),
-        _ => None,
-    });
-    let dbcs = attachments.filter(|(name, _)| name.ends_with(".dbc"));
-    dbcs.map(|(name, data)| Dbc::parse_leniently(&Source::new(name, String::from_utf8_lossy(&data).into_owned())).0)
-        .collect()
+/// Files attached to a log, as texts; what cannot be read so far has none.
+fn attached_texts(log: &[u8]) -> Vec<(String, String)> {
+    let attached = attachments(log).unwrap_or_default();
+    attached.into_iter().map(|(name, data)| (name, String::from_utf8_lossy(&data).into_owned())).collect()
 }

@@ -31,21 +31,20 @@ const MOST_NOTICES: usize = 500;
 const STATES: [&str; 6] = ["boot", "stopped", "enabling", "running", "stopping", "tripped"];
 
 impl Stack {
-    /// That in the bytes of a log.
+    /// That in the bytes of a log with these texts attached.
     ///
     /// # Errors
     /// Why the log cannot be read on.
-    pub fn read(log: &[u8]) -> Result<Self, String> {
+    pub fn read(log: &[u8], attached: &[(String, String)]) -> Result<Self, String> {
         let mut stack = Self { every: 1, ..Self::default() };
+        let configurations = attached.iter().filter(|(name, _)| name.ends_with(".toml"));
+        configurations.for_each(|(_, text)| stack.take_period(text));
         for item in Recorded::new(log)? {
             match item? {
                 RecordedItem::Tick(tick) => stack.take_tick(&tick),
                 RecordedItem::Timing(timing) => stack.take_timing(&timing),
                 RecordedItem::Notice(at_ns, kind, text) if stack.notices.len() < MOST_NOTICES => {
                     stack.notices.push((at_ns, kind, text));
-                }
-                RecordedItem::Attachment { name, data } if name.ends_with(".toml") => {
-                    stack.take_period(&String::from_utf8_lossy(&data));
                 }
                 _ => {}
             }

@@ -20,7 +20,6 @@ use track::Track;
 
 use super::Run;
 use crate::event::{Event, Sink, Tick, Truth};
-use crate::log::mark_text;
 use crate::safety::{Reason, State};
 use crate::time::Instant;
 
@@ -163,7 +162,7 @@ impl Sink for View {
                 self.happenings.take(at_s, notice.kind, notice.text);
             }
             Event::Exchange(_) => {}
-            Event::Mark(mark) => self.happenings.take(at_s, "event", mark_text(&self.planned, *mark)),
+            Event::Mark(mark) => self.happenings.take(at_s, "event", mark.text(&self.planned)),
         }
     }
 }

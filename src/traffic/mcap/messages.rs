@@ -1,6 +1,7 @@
 //! Frames in the layouts that messages have.
 
 use super::channels::Layout;
+use crate::log::{Value, read_fields};
 use crate::time::Instant;
 use crate::traffic::bytes::{u32_at, u64_at};
 use crate::traffic::socketcan::{self, can_id, error_in};
@@ -90,7 +91,7 @@ fn error(class: u32, data: &[u8]) -> ErrorFrame {
 /// The frames lost before a moment.
 fn lost(bytes: &[u8]) -> Result<Message<'static>, &'static str> {
     let mut frames = 0;
-    fields(bytes, |number, value| {
+    read_fields(bytes, |number, value| {
         if let (1, Value::Number(value)) = (number, value) {
             frames = value;
         }
@@ -102,7 +103,7 @@ fn lost(bytes: &[u8]) -> Result<Message<'static>, &'static str> {
 fn fd(bytes: &[u8]) -> Result<Message<'static>, &'static str> {
     let (mut id, mut extended, mut switch, mut sent, mut passive) = (0, false, false, false, false);
     let mut data: &[u8] = &[];
-    fields(bytes, |number, value| match (number, value) {
+    read_fields(bytes, |number, value| match (number, value) {
         (1, Value::Number(value)) => id = u32::try_from(value).unwrap_or(u32::MAX),
         (2, Value::Number(value)) => extended = value != 0,
         (3, Value::Number(value)) => switch = value != 0,
@@ -115,47 +116,6 @@ fn fd(bytes: &[u8]) -> Result<Message<'static>, &'static str> {
     let recorded: RecordedFrame = socketcan::fd(id, switch, passive, data).ok_or(BAD_LENGTH)?;
     let direction = if sent { Direction::Sent } else { Direction::Received };
     Ok(Message { at: None, bus: None, direction: Some(direction), content: Content::Frame(recorded) })
-}
-
-/// What a field of protobuf holds.
-enum Value<'m> {
-    Number(u64),
-    Bytes(&'m [u8]),
-}
-
-/// Gives each field's number and value, but for those of fixed width, which
-/// no layout here has.
-fn fields<'m>(mut rest: &'m [u8], mut take: impl FnMut(u64, Value<'m>)) -> Result<(), &'static str> {
-    while !rest.is_empty() {
-        let tag = varint(&mut rest).ok_or(SHORT)?;
-        match (tag >> 3, tag & 7) {
-            (number, 0) => take(number, Value::Number(varint(&mut rest).ok_or(SHORT)?)),
-            (number, 2) => {
-                let len = usize::try_from(varint(&mut rest).ok_or(SHORT)?).map_err(|_| SHORT)?;
-                let (value, behind) = rest.split_at_checked(len).ok_or(SHORT)?;
-                rest = behind;
-                take(number, Value::Bytes(value));
-            }
-            (_, 1) => rest = rest.get(8..).ok_or(SHORT)?,
-            (_, 5) => rest = rest.get(4..).ok_or(SHORT)?,
-            _ => return Err("a message is not in protobuf"),
-        }
-    }
-    Ok(())
-}
-
-/// Seven bits a byte, lowest first.
-fn varint(rest: &mut &[u8]) -> Option<u64> {
-    let mut value = 0;
-    for shift in (0..64).step_by(7) {
-        let (byte, behind) = rest.split_first()?;
-        *rest = behind;
-        value |= u64::from(byte & 0x7F) << shift;
-        if byte & 0x80 == 0 {
-            return Some(value);
-        }
-    }
-    None
 }
 
 /// The time in a message's own head, which every message has.
