@@ -21,7 +21,7 @@ pub(crate) struct Messages {
     timing: u16,
     notices: u16,
     exchange: u16,
-    /// Names of what a [`Mark`] counts.
+    /// Names of what a [`Mark`](crate::event::Mark) counts.
     planned: Vec<String>,
     /// The latest event's time.
     now: Instant,
