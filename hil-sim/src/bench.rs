@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use canloop::bus::ControllerState;
+use canloop::bus::{BitRates, ControllerState};
 use canloop::event::{Event, Mark, Sink, Truth};
 use canloop::robot::{Pose, wrap_angle_rad};
 use canloop::safety::{Operator, Reason};
@@ -60,7 +60,7 @@ const BLOCKED_PERIODS: u64 = 1000;
 pub fn run(scenario: &Scenario, sink: &mut impl Sink, progress: impl FnMut(u64) -> ControlFlow<()>) -> Outcome {
     match scenario.link {
         Link::Ideal => ideal::run(scenario, sink, progress),
-        Link::Can { bitrate_bit_s } => Bench::new(scenario, bitrate_bit_s, sink).run(scenario.ticks(), progress),
+        Link::Can(rates) => Bench::new(scenario, rates, sink).run(scenario.ticks(), progress),
     }
 }
 
@@ -100,7 +100,7 @@ struct Bench<'s, S> {
 }
 
 impl<'s, S: Sink> Bench<'s, S> {
-    fn new(scenario: &'s Scenario, bitrate_bit_s: u32, sink: &'s mut S) -> Self {
+    fn new(scenario: &'s Scenario, rates: BitRates, sink: &'s mut S) -> Self {
         let start = Instant::ZERO;
         let mut stack = Stack::new(&scenario.stack, start);
         if sink.wants_exchange() {
@@ -110,7 +110,7 @@ impl<'s, S: Sink> Bench<'s, S> {
         Self {
             scenario,
             stack,
-            far_side: FarSide::new(scenario, bitrate_bit_s, start),
+            far_side: FarSide::new(scenario, rates, start),
             sink,
             told_by_stack: Vec::with_capacity(16),
             now: start,

@@ -14,7 +14,7 @@
 
 use std::collections::VecDeque;
 
-use canloop::bus::ControllerState;
+use canloop::bus::{BitRates, ControllerState};
 use canloop::event::{BusFrame, Mark, Notice};
 use canloop::frame::Frame;
 use canloop::time::{Duration, Instant};
@@ -24,7 +24,7 @@ use crate::plant::State;
 use crate::scenario::Scenario;
 use crate::timeline::{Stage, Timeline};
 use crate::virtual_robot::VirtualRobot;
-use crate::wire::{BitRates, Crossing, Fault, FaultId, Node, Nodes, Recovery, Wire, WireStats};
+use crate::wire::{Crossing, Fault, FaultId, Node, Nodes, Recovery, Wire, WireStats};
 
 /// Wire, drives and plant.
 pub struct FarSide {
@@ -84,10 +84,9 @@ pub struct Synced {
 const RESTART: Duration = Duration::from_millis(100);
 
 impl FarSide {
-    /// The far side of `scenario`, on a bus of this bit rate, before the
+    /// The far side of `scenario`, on a bus of these bit rates, before the
     /// first SYNC, which is due at `start`.
-    pub fn new(scenario: &Scenario, bitrate_bit_s: u32, start: Instant) -> Self {
-        let rates = BitRates { nominal_bit_s: bitrate_bit_s, data_bit_s: scenario.data_bitrate_bit_s };
+    pub fn new(scenario: &Scenario, rates: BitRates, start: Instant) -> Self {
         let wire = Wire::new(rates, scenario.seed);
         let robot = scenario.virtual_robot(start);
         Self {

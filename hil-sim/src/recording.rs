@@ -67,7 +67,7 @@ impl<'s> Recording<'s> {
                 duration_s: Some(scenario.duration_s),
                 stack: &scenario.stack,
                 bit_rate_bit_s: match scenario.link {
-                    Link::Can { bitrate_bit_s } => Some(bitrate_bit_s),
+                    Link::Can(rates) => Some(rates.nominal_bit_s),
                     Link::Ideal => None,
                 },
                 contents: &contents(scenario),

@@ -1,7 +1,7 @@
 //! A scenario: the robot as it is, the stack that drives it, the bus between
 //! them, and what is expected of the run.
 
-use canloop::bus::read_bit_rate;
+use canloop::bus::{BitRates, read_bit_rate};
 use canloop::config::{Bound, Document, Problems, Reader, Section};
 use canloop::robot::Robot;
 use canloop::stack::StackConfig;
@@ -32,8 +32,6 @@ pub struct Scenario {
     pub stack: StackConfig,
     /// What joins the two.
     pub link: Link,
-    /// Bit rate of the data phase of CAN FD frames that switch, bit/s.
-    pub data_bitrate_bit_s: u32,
     /// What happens on the way.
     pub events: Vec<Planned>,
     /// What must hold.
@@ -52,11 +50,8 @@ pub enum Link {
     /// Law and plant joined directly, exact sensors, no frames: the paper's
     /// own simulation.
     Ideal,
-    /// Frames over a CAN bus.
-    Can {
-        /// Bit rate, bit/s.
-        bitrate_bit_s: u32,
-    },
+    /// Frames over a CAN bus with these bit rates.
+    Can(BitRates),
 }
 
 /// The scenarios that ship with the program, by name.
@@ -131,7 +126,6 @@ impl Scenario {
             stack,
             robot: truth,
             link: read_link(&root.section("bus")),
-            data_bitrate_bit_s: read_data_bit_rate(&root.section("bus")),
             text: String::new(),
             given: String::new(),
             overrides: Vec::new(),
@@ -169,14 +163,10 @@ fn read_expectations(root: &Section<'_>, vocabulary: &Vocabulary<'_>) -> Vec<Exp
 
 fn read_link(bus: &Section<'_>) -> Link {
     let is_can = bus.choice("link", &[("can", true), ("ideal", false)], false);
-    let bitrate_bit_s = read_bit_rate(bus);
-    if is_can { Link::Can { bitrate_bit_s } } else { Link::Ideal }
-}
-
-/// That of the rest of the frame where nothing says another.
-fn read_data_bit_rate(bus: &Section<'_>) -> u32 {
-    let usual = read_bit_rate(bus);
-    bus.integer_or("data_bitrate_bit_s", i64::from(usual), i64::from(usual), 8_000_000) as u32
+    let nominal_bit_s = read_bit_rate(bus);
+    let usual = i64::from(nominal_bit_s);
+    let data_bit_s = bus.integer_or("data_bitrate_bit_s", usual, usual, 8_000_000) as u32;
+    if is_can { Link::Can(BitRates { nominal_bit_s, data_bit_s }) } else { Link::Ideal }
 }
 
 /// Both wheels alike, unless `right` or `left` overrides a number. No section

@@ -8,7 +8,7 @@
 
 use std::ops::ControlFlow;
 
-use canloop::bus::{Arrival, Bus, BusError, ControllerState};
+use canloop::bus::{Arrival, BitRates, Bus, BusError, ControllerState};
 use canloop::event::{Event, Sink};
 use canloop::frame::Frame;
 use canloop::run::Clock;
@@ -87,9 +87,9 @@ const LOOK_UP: Duration = Duration::from_millis(100);
 
 impl<'r, S: Sink> Server<'r, S> {
     /// The far side of `scenario` on `bus`.
-    pub fn new(scenario: &Scenario, bitrate_bit_s: u32, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock) -> Self {
+    pub fn new(scenario: &Scenario, rates: BitRates, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock) -> Self {
         Self {
-            far_side: FarSide::new(scenario, bitrate_bit_s, Instant::ZERO),
+            far_side: FarSide::new(scenario, rates, Instant::ZERO),
             profile: scenario.stack.profile.clone(),
             bus,
             sink,

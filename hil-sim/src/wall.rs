@@ -4,7 +4,7 @@
 
 use std::ops::ControlFlow;
 
-use canloop::bus::{Arrival, Bus, BusError, frame_bits};
+use canloop::bus::{Arrival, BitRates, Bus, BusError, frame_bits};
 use canloop::event::{BusFrame, Event, Sink};
 use canloop::frame::Frame;
 use canloop::run::Clock;
@@ -43,7 +43,7 @@ const LOOK_UP: Duration = Duration::from_millis(20);
 
 impl<'r, S: Sink> WallServer<'r, S> {
     /// The far side of `scenario` on `bus`.
-    pub fn new(scenario: &Scenario, bitrate_bit_s: u32, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock) -> Self {
+    pub fn new(scenario: &Scenario, rates: BitRates, bus: &'r mut dyn Bus, sink: &'r mut S, clock: Clock) -> Self {
         let now = clock.now();
         Self {
             robot: scenario.virtual_robot(now).by_clock(),
@@ -52,7 +52,7 @@ impl<'r, S: Sink> WallServer<'r, S> {
             clock,
             route: Route::new(scenario),
             period: scenario.stack.period,
-            bit: Duration::from_nanos(1_000_000_000 / i64::from(bitrate_bit_s)),
+            bit: rates.bits(1),
             plant_at: now,
             begun_at: now,
             is_heard: false,

@@ -20,7 +20,7 @@ fn view(scenario: &Scenario) -> View {
         ..LogContents::default()
     };
     let bit_rate_bit_s = match scenario.link {
-        Link::Can { bitrate_bit_s } => Some(bitrate_bit_s),
+        Link::Can(rates) => Some(rates.nominal_bit_s),
         Link::Ideal => None,
     };
     let run = Run {

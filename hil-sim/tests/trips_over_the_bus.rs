@@ -252,12 +252,12 @@ impl Rig {
         let overrides: Vec<String> =
             ["path.duration_s=20.0"].iter().chain(overrides).map(|&text| text.to_owned()).collect();
         let scenario = Scenario::load("dac-friction", &overrides).unwrap_or_else(|problems| panic!("{problems}"));
-        let Link::Can { bitrate_bit_s } = scenario.link else { panic!("it has a bus") };
+        let Link::Can(rates) = scenario.link else { panic!("it has a bus") };
         let mut stack = Stack::new(&scenario.stack, Instant::ZERO);
         stack.operate(Operator::Enable);
         Self {
             stack,
-            far_side: FarSide::new(&scenario, bitrate_bit_s, Instant::ZERO),
+            far_side: FarSide::new(&scenario, rates, Instant::ZERO),
             profile: scenario.stack.profile,
             now: Instant::ZERO,
             late_periods: 0,

@@ -5,6 +5,7 @@
 //! Nothing branches on the kind of bus.
 
 mod address;
+mod bit_rates;
 #[cfg(target_os = "linux")]
 mod can_link;
 mod frame_bits;
@@ -16,6 +17,7 @@ mod worst_case;
 use std::fmt;
 
 pub use address::{Address, OpenOptions, USUAL_BIT_RATE_BIT_S, bus_name, open, read_bit_rate};
+pub use bit_rates::BitRates;
 #[cfg(target_os = "linux")]
 pub use can_link::{CanLink, LinkError};
 pub use frame_bits::{data_phase_bits, frame_bits};

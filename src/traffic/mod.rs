@@ -37,7 +37,7 @@ mod open;
 mod pcap;
 mod record;
 mod socketcan;
-mod survey;
+pub mod survey;
 mod trc;
 mod words;
 
@@ -47,4 +47,4 @@ pub use format::{Format, TrcVersion};
 pub use losses::{Loss, Losses};
 pub use open::{Reader, Writer, create, open, read};
 pub use record::{Buses, Content, Direction, ErrorFrame, Record, RecordedFrame, TooManyBuses};
-pub use survey::{BitRates, Survey};
+pub use survey::Survey;

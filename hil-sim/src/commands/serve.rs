@@ -76,7 +76,7 @@ enum Time {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let scenario = Scenario::load(&args.scenario, &args.overrides)?;
-    let Link::Can { bitrate_bit_s } = scenario.link else {
+    let Link::Can(rates) = scenario.link else {
         let problem = Problem::bare(format!("`{}` has an ideal link, which no bus can be", scenario.name));
         return Err(problem.help("serve a scenario with bus.link = \"can\"").into());
     };
@@ -86,8 +86,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     }
     let live = args.watch.open()?;
     let clock = Clock::new();
-    let options =
-        OpenOptions { bit_rate_bit_s: Some(bitrate_bit_s), allow_others: args.allow_others, ..OpenOptions::default() };
+    let options = OpenOptions {
+        bit_rate_bit_s: Some(rates.nominal_bit_s),
+        allow_others: args.allow_others,
+        ..OpenOptions::default()
+    };
     let mut bus = bus::open(&args.bus, &options, clock)?;
     create_folder(&args.out)?;
     let recording = logged_to(Recording::of_another_stack(&scenario), &args.out, !args.no_log)?;
@@ -111,11 +114,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
                 }
                 watch(tick)
             };
-            Server::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock).run(patience, paced)
+            Server::new(&scenario, rates, bus.as_mut(), &mut recording, clock).run(patience, paced)
         }
         Time::Wall => {
             raise_priority();
-            WallServer::new(&scenario, bitrate_bit_s, bus.as_mut(), &mut recording, clock).run(patience, watch)
+            WallServer::new(&scenario, rates, bus.as_mut(), &mut recording, clock).run(patience, watch)
         }
     };
     progress.done();

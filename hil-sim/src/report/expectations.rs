@@ -1,9 +1,9 @@
 //! The part of a page that says what was expected and what came of it.
 
-use canloop::report::{Badge, Chart, Column, Figure, Role, Section, Series, Stroke, Table};
+use canloop::report::{Badge, Chart, Column, Figure, Role, Section, Series, Stroke, Table, stack_states};
 
 use super::history::History;
-use super::page::{marked, states_over_time};
+use super::page::marked;
 use crate::expect::{Subject, Verdict};
 use crate::scenario::Scenario;
 use crate::summary::Summary;
@@ -48,7 +48,7 @@ fn chart((number, verdict): (usize, &Verdict), subject: &Subject, history: &Hist
     let title = format!("{number}. {}", verdict.name.as_deref().unwrap_or(&verdict.signal));
     let chart = Chart::new(title).x_axis("time", "s");
     let chart = match subject {
-        Subject::State(..) => states_over_time(chart, verdict.curve.clone()),
+        Subject::State(..) => stack_states(chart, verdict.curve.clone()),
         Subject::Rate(_) => bounded(
             chart.y_axis(format!("change of {}", verdict.signal), "a second"),
             verdict,

@@ -2,16 +2,16 @@
 
 use std::borrow::Cow;
 
+use canloop::bus::BitRates;
 use canloop::event::{BusFrame, Event, Sink, Tick, Truth};
 use canloop::frame::CanId;
-use canloop::report::Curve;
+use canloop::report::{Curve, LoadCurve};
 use canloop::robot::Pose;
 use canloop::schema::{DriveState, Message, Profile};
 use canloop::time::Instant;
 use canloop::wheels::Wheels;
 
 use crate::scenario::{Link, Scenario};
-use crate::wire::BitRates;
 
 /// A run, thinned to what a picture can show.
 #[derive(Clone, Debug)]
@@ -26,9 +26,7 @@ pub struct History {
     reference: Pose,
     pub(super) position_error_m: Curve,
     pub(super) torque_nm: Wheels<Curve>,
-    /// Bits that crossed the bus in each stretch of time.
-    bits: Vec<u64>,
-    load_stretch_s: f64,
+    load: LoadCurve,
     /// Changes of the stack's state: time, s, and number.
     pub(super) states: Vec<(f64, u8)>,
     /// Changes of the drives' states.
@@ -62,9 +60,7 @@ pub(super) struct Moment {
 
 /// Places of a track, at most.
 const MOST_PLACES: usize = 2000;
-/// Stretches of a run of which the bus load is told, at most.
-const MOST_STRETCHES: usize = 300;
-/// Periods in such a stretch, at least: each sends its frames at once, so the
+/// Periods in a stretch of which the bus load is told, at least: each sends its frames at once, so the
 /// load of few of them depends on where the stretch is cut.
 const LOAD_PERIODS: f64 = 20.0;
 /// Time from one look at a message to the next, s.
@@ -78,12 +74,9 @@ impl History {
         let period_s = scenario.period_s();
         Self {
             period_s,
-            rates: BitRates {
-                nominal_bit_s: match scenario.link {
-                    Link::Can { bitrate_bit_s } => bitrate_bit_s,
-                    Link::Ideal => u32::MAX,
-                },
-                data_bit_s: scenario.data_bitrate_bit_s,
+            rates: match scenario.link {
+                Link::Can(rates) => rates,
+                Link::Ideal => BitRates::both(u32::MAX),
             },
             profile: scenario.stack.profile.clone(),
             track: Vec::new(),
@@ -91,8 +84,7 @@ impl History {
             reference: Pose::default(),
             position_error_m: Curve::default(),
             torque_nm: Wheels::default(),
-            bits: Vec::new(),
-            load_stretch_s: LOAD_PERIODS * period_s,
+            load: LoadCurve::new(LOAD_PERIODS * period_s),
             states: Vec::new(),
             drive_states: Wheels::default(),
             messages: Vec::new(),
@@ -104,14 +96,7 @@ impl History {
 
     /// The bus load in percent over time, in steps.
     pub(super) fn load_percent(&self) -> Vec<(f64, f64)> {
-        let step = |(nth, bits): (usize, &u64)| {
-            let from_s = nth as f64 * self.load_stretch_s;
-            let until_s = (from_s + self.load_stretch_s).min(self.last_s);
-            let percent = 100.0 * *bits as f64 / f64::from(self.rates.nominal_bit_s) / (until_s - from_s);
-            // A last stretch that hardly began says nothing.
-            (until_s - from_s > 0.5 * self.load_stretch_s).then_some([(from_s, percent), (until_s, percent)])
-        };
-        self.bits.iter().enumerate().filter_map(step).flatten().collect()
+        self.load.points(self.last_s, f64::from(self.rates.nominal_bit_s) / 100.0)
     }
 
     fn take_truth(&mut self, truth: &Truth) {
@@ -153,22 +138,10 @@ impl History {
             (seen.bits, seen.next_look_s) = (bits, at_s + LOOK_S);
         }
         let bits = u64::from(seen.bits);
-        self.take_bits(at_s, bits);
+        self.load.take(at_s, bits);
         if looks && !crossed.sent_by_stack {
             self.look_at(at_s, crossed);
         }
-    }
-
-    fn take_bits(&mut self, at_s: f64, bits: u64) {
-        while at_s >= MOST_STRETCHES as f64 * self.load_stretch_s {
-            self.bits = self.bits.chunks(2).map(|two| two.iter().sum()).collect();
-            self.load_stretch_s *= 2.0;
-        }
-        let stretch = (at_s / self.load_stretch_s) as usize;
-        if stretch >= self.bits.len() {
-            self.bits.resize(stretch + 1, 0);
-        }
-        self.bits[stretch] += bits;
     }
 
     fn look_at(&mut self, at_s: f64, crossed: &BusFrame) {

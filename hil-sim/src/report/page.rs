@@ -1,6 +1,8 @@
 //! The page of a run.
 
-use canloop::report::{Cell, Chart, Column, Curve, Figure, Page, Role, Section, Series, Stroke, Table};
+use canloop::report::{
+    Cell, Chart, Column, Curve, Figure, Page, Role, Section, Series, Stroke, Table, levels, stack_states, steps,
+};
 use canloop::robot::Pose;
 use canloop::schema::DriveState;
 
@@ -37,10 +39,6 @@ pub fn page(scenario: &Scenario, summary: &Summary, history: &History) -> Page {
 const CAPTION: &str = "Reference dotted. Of each stretch of time the least and the greatest value are drawn, so that \
                        no spike is lost; dashed red lines are limits, dashed grey ones what happened.";
 
-/// The least number of a state that is a trip.
-const FIRST_TRIP: f64 = 10.0;
-/// What the stack does, from the bottom of the chart to its top.
-const STATES: [&str; 6] = ["boot", "stopped", "enabling", "running", "stopping", "tripped"];
 /// What a drive does.
 const DRIVE_STATES: [&str; 4] = ["boot", "ready", "enabled", "fault"];
 
@@ -119,19 +117,7 @@ fn bus_load(history: &History) -> Chart {
 
 fn stack_state(history: &History) -> Chart {
     let states = history.states.iter().map(|&(at_s, state)| (at_s, f64::from(state)));
-    states_over_time(over_time("State of the stack", history), steps(states, history.last_s))
-}
-
-/// The stack's state by its name; all trips are one.
-pub(super) fn states_over_time(chart: Chart, states: Vec<(f64, f64)>) -> Chart {
-    let level = |state: f64| if state >= FIRST_TRIP { 5.0 } else { state };
-    let points = states.into_iter().map(|(at_s, state)| (at_s, level(state))).collect();
-    chart.y_range(-0.5, 5.5).y_words(levels(&STATES)).series(Series::new(
-        "state",
-        Role::Response,
-        Stroke::Solid,
-        points,
-    ))
+    stack_states(over_time("State of the stack", history), steps(states, history.last_s))
 }
 
 fn drive_states(history: &History) -> Chart {
@@ -149,21 +135,6 @@ fn drive_states(history: &History) -> Chart {
         .y_words(levels(&DRIVE_STATES))
         .series(Series::new("right drive", Role::Right, Stroke::Solid, line(&history.drive_states.right)))
         .series(Series::new("left drive", Role::Left, Stroke::Dashed, line(&history.drive_states.left)))
-}
-
-fn levels<'w>(words: &'w [&'static str]) -> impl Iterator<Item = (f64, &'static str)> + 'w {
-    words.iter().enumerate().map(|(nth, word)| (nth as f64, *word))
-}
-
-/// Changes as a line that keeps its level until the next.
-fn steps(changes: impl Iterator<Item = (f64, f64)>, until_s: f64) -> Vec<(f64, f64)> {
-    let mut points: Vec<(f64, f64)> = Vec::new();
-    for (at_s, level) in changes {
-        points.extend(points.last().map(|&(_, before)| (at_s, before)));
-        points.push((at_s, level));
-    }
-    points.extend(points.last().map(|&(_, last)| (until_s, last)));
-    points
 }
 
 fn moments(history: &History) -> Table {

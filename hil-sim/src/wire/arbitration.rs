@@ -6,6 +6,7 @@ use canloop::time::{Duration, Instant};
 
 use super::active::{Alteration, Disturbance};
 use super::node::{Node, Nodes};
+use super::timing::ErrorTiming as _;
 use super::timing::INTER_FRAME_SPACE;
 use super::{Wire, station::Queued};
 

@@ -20,7 +20,7 @@ mod trouble;
 
 use std::collections::VecDeque;
 
-use canloop::bus::ControllerState;
+use canloop::bus::{BitRates, ControllerState};
 use canloop::frame::Frame;
 use canloop::time::{Duration, Instant};
 
@@ -33,7 +33,6 @@ pub use confinement::Confinement;
 pub use fault::{BurstyLoss, Damage, Fault, FaultId, Pick};
 pub use node::{Node, Nodes};
 pub use station::{NodeStats, Recovery};
-pub use timing::BitRates;
 
 /// A CAN bus.
 #[derive(Debug)]

@@ -6,6 +6,7 @@ use canloop::time::Instant;
 
 use super::arbitration::{Attempt, Failure, Outcome};
 use super::node::{Node, Nodes};
+use super::timing::ErrorTiming as _;
 use super::{Crossing, StateChange, Wire};
 
 impl Wire {

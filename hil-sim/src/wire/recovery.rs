@@ -8,6 +8,7 @@ use super::Wire;
 use super::fault::Fault;
 use super::node::Node;
 use super::station::{RECESSIVE_TIMES, Recovering, Recovery};
+use super::timing::ErrorTiming as _;
 
 impl Wire {
     /// Lets a node that is off the bus start to come back, as `ip link set

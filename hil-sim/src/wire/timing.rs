@@ -1,17 +1,8 @@
 //! How long things take on the wire.
 
-use canloop::bus::{data_phase_bits, frame_bits};
-use canloop::frame::{Frame, FrameKind};
+use canloop::bus::{BitRates, frame_bits};
+use canloop::frame::Frame;
 use canloop::time::Duration;
-
-/// Bit rates of a bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BitRates {
-    /// Of everything but the data phase of CAN FD frames that switch, bit/s.
-    pub nominal_bit_s: u32,
-    /// Of that phase, bit/s.
-    pub data_bit_s: u32,
-}
 
 /// Recessive bits after every frame (10.4.6 of ISO 11898-1:2015).
 pub(super) const INTER_FRAME_SPACE: u32 = 3;
@@ -28,61 +19,55 @@ const SUSPEND: u32 = 8;
 /// Recessive bits in a row that a node off the bus waits for, many times.
 const RECESSIVE: u32 = 11;
 
-impl BitRates {
-    /// The same for both.
-    pub const fn both(bit_s: u32) -> Self {
-        Self { nominal_bit_s: bit_s, data_bit_s: bit_s }
-    }
-
-    /// Start of frame to the end of the inter-frame space.
-    pub fn frame(self, frame: &Frame) -> Duration {
-        let all = frame_bits(frame);
-        if frame.kind != FrameKind::FdBitRateSwitch {
-            return self.bits(all);
-        }
-        let fast = data_phase_bits(frame);
-        let fast_ns = i64::from(fast) * 1_000_000_000 / i64::from(self.data_bit_s);
-        self.bits(all - fast) + Duration::from_nanos(fast_ns)
-    }
-
+/// How long things take besides frames that cross.
+pub(super) trait ErrorTiming {
     /// A frame that is cut short by an error in its bit number `bit`, counted
     /// from the start of frame, with the error frame after it.
-    pub fn broken_off(self, frame: &Frame, bit: u32) -> Duration {
+    fn broken_off(self, frame: &Frame, bit: u32) -> Duration;
+
+    /// What is left of a frame that is destroyed at this moment.
+    fn error_frame(self) -> Duration;
+
+    /// A frame that receivers find damaged by its CRC: their flags begin after
+    /// the acknowledge delimiter, the transmitter's one bit later.
+    fn failed_crc(self, frame: &Frame) -> Duration;
+
+    /// A frame that nobody acknowledges, with the transmitter's own flag.
+    fn not_acknowledged(self, frame: &Frame) -> Duration;
+
+    /// After its frame, for how long an error-passive transmitter waits.
+    fn suspend(self) -> Duration;
+
+    /// The idle time that counts as one of the 128 that a node off the bus
+    /// waits for.
+    fn recessive(self) -> Duration;
+}
+
+impl ErrorTiming for BitRates {
+    fn broken_off(self, frame: &Frame, bit: u32) -> Duration {
         let all = i64::from(frame_bits(frame));
         let until = self.frame(frame).as_nanos() * i64::from(bit + 1).min(all) / all;
         Duration::from_nanos(until) + self.bits(FLAGS + AFTER_FLAG)
     }
 
-    /// What is left of a frame that is destroyed at this moment.
-    pub fn error_frame(self) -> Duration {
+    fn error_frame(self) -> Duration {
         self.bits(FLAGS + AFTER_FLAG)
     }
 
-    /// A frame that receivers find damaged by its CRC: their flags begin after
-    /// the acknowledge delimiter, the transmitter's one bit later.
-    pub fn failed_crc(self, frame: &Frame) -> Duration {
+    fn failed_crc(self, frame: &Frame) -> Duration {
         self.frame(frame) - self.bits(AFTER_ACKNOWLEDGE - 1) + self.bits(7 + AFTER_FLAG)
     }
 
-    /// A frame that nobody acknowledges, with the transmitter's own flag.
-    pub fn not_acknowledged(self, frame: &Frame) -> Duration {
+    fn not_acknowledged(self, frame: &Frame) -> Duration {
         self.frame(frame) - self.bits(AFTER_ACKNOWLEDGE) + self.bits(6 + AFTER_FLAG)
     }
 
-    /// After its frame, for how long an error-passive transmitter waits.
-    pub fn suspend(self) -> Duration {
+    fn suspend(self) -> Duration {
         self.bits(SUSPEND)
     }
 
-    /// The idle time that counts as one of the 128 that a node off the bus
-    /// waits for.
-    pub fn recessive(self) -> Duration {
+    fn recessive(self) -> Duration {
         self.bits(RECESSIVE)
-    }
-
-    /// So many bits at the nominal rate.
-    pub fn bits(self, bits: u32) -> Duration {
-        Duration::from_nanos(i64::from(bits) * 1_000_000_000 / i64::from(self.nominal_bit_s))
     }
 }
 
@@ -95,16 +80,6 @@ mod tests {
 
     fn frame() -> Frame {
         Frame::classic(CanId::Standard(0x123), &[1, 2, 3])
-    }
-
-    #[test]
-    fn only_the_data_phase_is_fast() {
-        let mut fd = Frame::zeroed(CanId::Standard(0x123), 64);
-        fd.kind = FrameKind::FdBitRateSwitch;
-        let (all, fast) = (i64::from(frame_bits(&fd)), i64::from(data_phase_bits(&fd)));
-        assert_eq!(RATES.frame(&fd), Duration::from_nanos((all - fast) * 1_000 + fast * 200));
-        fd.kind = FrameKind::Fd;
-        assert_eq!(RATES.frame(&fd), Duration::from_nanos(i64::from(frame_bits(&fd)) * 1_000));
     }
 
     #[test]

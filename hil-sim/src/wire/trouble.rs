@@ -7,6 +7,7 @@ use super::arbitration::{Failure, Segment};
 use super::fault::Fault;
 use super::node::{Node, Nodes};
 use super::station::{QUEUE_FRAMES, Queued, Recovering, Station};
+use super::timing::ErrorTiming as _;
 
 impl Wire {
     pub(super) fn send_in_trouble(&mut self, node: Node, queued: Queued) {

@@ -1,6 +1,7 @@
 //! The drives that ship, each with the scenario that drives the paper's robot
 //! with it.
 
+use canloop::bus::BitRates;
 use hil_sim::scenario::{Link, Scenario};
 
 use crate::drives::DRIVES;
@@ -26,10 +27,10 @@ impl ShippedDrives {
     }
 }
 
-/// The bit rate of the scenario's bus, bit/s.
-pub fn bit_rate_bit_s(scenario: &Scenario) -> u32 {
+/// The bit rates of the scenario's bus.
+pub fn bit_rates(scenario: &Scenario) -> BitRates {
     match scenario.link {
-        Link::Can { bitrate_bit_s } => bitrate_bit_s,
+        Link::Can(rates) => rates,
         Link::Ideal => unreachable!("these scenarios have a bus"),
     }
 }

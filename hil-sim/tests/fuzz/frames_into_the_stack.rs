@@ -12,7 +12,7 @@ use canloop::time::{Duration, Instant};
 use hil_sim::far_side::{FarSide, Happening};
 use hil_sim::scenario::Scenario;
 
-use crate::drives_that_ship::{ShippedDrives, bit_rate_bit_s};
+use crate::drives_that_ship::{ShippedDrives, bit_rates};
 use crate::frames;
 use crate::harness::{Chance, Target, digest, seeds_in};
 use crate::script::Script;
@@ -139,7 +139,7 @@ impl<'s> Bench<'s> {
     fn new(scenario: &'s Scenario) -> Self {
         Self {
             stack: WatchedStack::new(&scenario.stack),
-            far_side: FarSide::new(scenario, bit_rate_bit_s(scenario), Instant::ZERO),
+            far_side: FarSide::new(scenario, bit_rates(scenario), Instant::ZERO),
             profile: &scenario.stack.profile,
             now: Instant::ZERO,
             skew: Duration::ZERO,

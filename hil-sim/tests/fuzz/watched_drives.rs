@@ -13,7 +13,7 @@ use hil_sim::plant::State;
 use hil_sim::scenario::Scenario;
 use hil_sim::virtual_robot::VirtualRobot;
 
-use crate::drives_that_ship::bit_rate_bit_s;
+use crate::drives_that_ship::bit_rates;
 
 /// More frames than drives send for one thing that happens, by far.
 const MOST_FRAMES: usize = 32;
@@ -87,7 +87,7 @@ impl WatchedFarSide {
     /// The far side of a scenario.
     pub fn new(scenario: &Scenario) -> Self {
         Self {
-            far_side: FarSide::new(scenario, bit_rate_bit_s(scenario), Instant::ZERO),
+            far_side: FarSide::new(scenario, bit_rates(scenario), Instant::ZERO),
             torque_limit_nm: scenario.drive_spec().torque_limit_nm,
             last: Instant::ZERO,
             ticks: 0,

@@ -1,8 +1,9 @@
 //! One frame at a time, as long as its bits take, and the lowest id first.
 
+use canloop::bus::BitRates;
 use canloop::frame::{CanId, Frame, FrameKind};
 use canloop::time::{Duration, Instant};
-use hil_sim::wire::{BitRates, Node, Wire};
+use hil_sim::wire::{Node, Wire};
 use proptest::prelude::*;
 
 use crate::rig::{frame, ids, length_us, seen, until, us, wire};

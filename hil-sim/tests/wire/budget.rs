@@ -31,13 +31,13 @@ fn what_shipped_robots_send_is_never_later_than_their_budget_says() {
     for (name, overrides) in configurations() {
         let texts: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
         let Ok(scenario) = Scenario::load(name, &texts) else { continue };
-        let Link::Can { bitrate_bit_s } = scenario.link else { panic!("it has a bus") };
+        let Link::Can(rates) = scenario.link else { panic!("it has a bus") };
         let period = scenario.stack.period;
         if scenario.stack.profile.feedback_period.is_some_and(|cycle| cycle > period) {
             continue;
         }
         let (lateness, answer) = (Duration::ZERO, Duration::ZERO);
-        let terms = Terms { period, bit_rate_bit_s: bitrate_bit_s, lateness, answer };
+        let terms = Terms { period, bit_rate_bit_s: rates.nominal_bit_s, lateness, answer };
         let budget = Budget::of(&scenario.stack.profile, &terms);
         let Some(exchange) = budget.exchange.filter(|_| budget.exchange_holds()) else { continue };
         held += 1;

@@ -1,6 +1,7 @@
 //! A bus to send on and to listen to, and a stack on a far side whose bus goes
 //! wrong when the test wants it.
 
+use canloop::bus::BitRates;
 use canloop::bus::ControllerState;
 use canloop::event::BusFrame;
 use canloop::frame::{CanId, Frame};
@@ -9,7 +10,7 @@ use canloop::stack::Stack;
 use canloop::time::Instant;
 use hil_sim::far_side::{FarSide, Happening, Synced};
 use hil_sim::scenario::{Link, Scenario};
-use hil_sim::wire::{BitRates, Crossing, Fault, FaultId, Node, Wire};
+use hil_sim::wire::{Crossing, Fault, FaultId, Node, Wire};
 
 /// A bit takes a microsecond.
 pub const RATES: BitRates = BitRates::both(1_000_000);
@@ -66,11 +67,11 @@ impl Loop {
     pub fn new(scenario: &str, overrides: &[&str]) -> Self {
         let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
         let scenario = Scenario::load(scenario, &overrides).expect("a good scenario");
-        let Link::Can { bitrate_bit_s } = scenario.link else { panic!("it has a bus") };
+        let Link::Can(rates) = scenario.link else { panic!("it has a bus") };
         let mut stack = Stack::new(&scenario.stack, Instant::ZERO);
         stack.operate(Operator::Enable);
         Self {
-            far_side: FarSide::new(&scenario, bitrate_bit_s, Instant::ZERO),
+            far_side: FarSide::new(&scenario, rates, Instant::ZERO),
             stack,
             frames: Vec::new(),
             unheard: 0,

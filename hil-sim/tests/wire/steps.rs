@@ -214,7 +214,7 @@ impl Sink for Frames {
 /// The frames on the wire of a run over a bus, and how the stack ended.
 fn served(faults: &[Fault]) -> (Vec<(Instant, BusFrame)>, State) {
     let scenario = Scenario::load("dac-friction", &["duration_s=3.0".to_owned(), "expect=[]".to_owned()]).unwrap();
-    let Link::Can { bitrate_bit_s } = scenario.link else { panic!("it has a bus") };
+    let Link::Can(rates) = scenario.link else { panic!("it has a bus") };
     let ((to_far, from_stack), (to_stack, from_far)) = (channel(), channel());
     let config = scenario.stack.clone();
     let controller = thread::spawn(move || {
@@ -227,7 +227,7 @@ fn served(faults: &[Fault]) -> (Vec<(Instant, BusFrame)>, State) {
     });
     let mut bus = Pipe { to: to_stack, from: from_stack, clock: Clock::new() };
     let mut sink = Frames::default();
-    let mut server = Server::new(&scenario, bitrate_bit_s, &mut bus, &mut sink, Clock::new());
+    let mut server = Server::new(&scenario, rates, &mut bus, &mut sink, Clock::new());
     for fault in faults {
         server.far_side_mut().begin_fault(*fault);
     }

@@ -2,7 +2,7 @@
 
 use crate::event::{Tick, Timing};
 use crate::replay::{Recorded, RecordedItem};
-use crate::report::{Chart, Column, Curve, Figure, Page, Role, Section, Series, Stroke, Table};
+use crate::report::{Chart, Column, Curve, Figure, Page, Role, Section, Series, Stroke, Table, stack_states, steps};
 use crate::time::Instant;
 
 /// The stack's course.
@@ -18,6 +18,7 @@ pub struct Stack {
     error_m: Curve,
     torque_right_nm: Curve,
     torque_left_nm: Curve,
+    /// Changes of its state: time, s, and number.
     state: Vec<(f64, f64)>,
     lateness_us: Curve,
     notices: Vec<(u64, String, String)>,
@@ -27,9 +28,6 @@ pub struct Stack {
 const MOST_PLACES: usize = 4000;
 /// Notices listed at most.
 const MOST_NOTICES: usize = 500;
-/// What the stack does, from the bottom of the chart to its top; all trips are one.
-const STATES: [&str; 6] = ["boot", "stopped", "enabling", "running", "stopping", "tripped"];
-
 impl Stack {
     /// That in the bytes of a log with these texts attached.
     ///
@@ -59,8 +57,7 @@ impl Stack {
 
     /// Adds what there is to say. `seconds` tells how long after the beginning of
     /// the log a moment was.
-    pub fn sections(mut self, page: Page, seconds: impl Fn(Instant) -> f64) -> Page {
-        self.state.extend(self.state.last().map(|&(_, state)| (self.last_s, state)));
+    pub fn sections(self, page: Page, seconds: impl Fn(Instant) -> f64) -> Page {
         let over_time = |title: &str| Chart::new(title).x_axis("time", "s");
         let line = |name: &str, role, points| Series::new(name, role, Stroke::Solid, points);
         let track = Chart::new("Track in the plane")
@@ -78,12 +75,8 @@ impl Stack {
             .y_axis("torque", "N m")
             .series(line("right wheel", Role::Right, self.torque_right_nm.points()))
             .series(line("left wheel", Role::Left, self.torque_left_nm.points()));
-        let words = STATES.iter().enumerate().map(|(nth, word)| (nth as f64, *word));
-        let state = over_time("State of the stack").y_range(-0.5, 5.5).y_words(words).series(line(
-            "state",
-            Role::Response,
-            self.state,
-        ));
+        let state = steps(self.state.into_iter(), self.last_s);
+        let state = stack_states(over_time("State of the stack"), state);
         let mut charts = vec![track, error, torque, state];
         let lateness = self.lateness_us.points();
         if !lateness.is_empty() {
@@ -125,14 +118,9 @@ impl Stack {
         self.error_m.take(at_s, libm::hypot(here.0 - there.0, here.1 - there.1));
         self.torque_right_nm.take(at_s, value("torque_sent_right_nm"));
         self.torque_left_nm.take(at_s, value("torque_sent_left_nm"));
-        let state = value("state").min(5.0);
-        match self.state.last() {
-            Some(&(_, before)) if before == state => {}
-            before => {
-                let step = before.map(|&(_, before)| (at_s, before));
-                self.state.extend(step);
-                self.state.push((at_s, state));
-            }
+        let state = value("state");
+        if self.state.last().is_none_or(|(_, before)| *before != state) {
+            self.state.push((at_s, state));
         }
     }
 

@@ -9,9 +9,10 @@ use std::process::ExitCode;
 
 use super::BAD_INPUT;
 use super::log_file::{complain, named, open_log};
+use crate::bus::BitRates;
 use crate::config::{Problem, Problems};
 use crate::schema::Dbc;
-use crate::traffic::{BitRates, Buses, Conversion, Format, Reader, Record, Survey};
+use crate::traffic::{Buses, Conversion, Format, Reader, Record, Survey};
 
 /// What `canloop show` is given.
 #[derive(Debug, clap::Args)]

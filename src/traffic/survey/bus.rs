@@ -1,18 +1,22 @@
 //! What crossed one bus.
 
-use super::BitRates;
-use crate::bus::{data_phase_bits, frame_bits};
+use crate::bus::BitRates;
 use crate::traffic::{Content, Direction, Record};
 
 const SECOND_NS: i64 = 1_000_000_000;
 
 /// Counts and load of a bus.
 #[derive(Default)]
-pub(super) struct Bus {
+pub struct Bus {
+    /// Frames.
     pub frames: u64,
+    /// Of those, the ones that the one who logged sent.
     pub sent: u64,
+    /// Of those, the CAN FD frames.
     pub fd: u64,
+    /// Error frames.
     pub errors: u64,
+    /// Frames that the one who logged lost.
     pub lost: u64,
     /// All frames together, on the wire, s.
     pub busy_s: f64,
@@ -39,13 +43,9 @@ impl Bus {
         self.frames += 1;
         self.sent += u64::from(record.direction == Direction::Sent);
         self.fd += u64::from(recorded.is_fd());
-        if let Some(BitRates { nominal_bit_s, data_bit_s }) = rates {
-            let fast = data_phase_bits(&recorded.frame);
-            let slow = frame_bits(&recorded.frame) - fast;
-            self.busy(
-                record.at.as_nanos().div_euclid(SECOND_NS),
-                f64::from(slow) / f64::from(nominal_bit_s) + f64::from(fast) / f64::from(data_bit_s),
-            );
+        if let Some(rates) = rates {
+            let second = record.at.as_nanos().div_euclid(SECOND_NS);
+            self.busy(second, rates.frame(&recorded.frame).as_secs_f64());
         }
     }
 

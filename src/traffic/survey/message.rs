@@ -10,14 +10,20 @@ use crate::traffic::{Direction, Record, RecordedFrame};
 pub(super) const MOST_WITH_PERIODS: usize = 2048;
 
 /// Frames of one id on one bus.
-pub(super) struct Message {
+pub struct Message {
+    /// The id.
     pub id: CanId,
+    /// Frames.
     pub count: u64,
+    /// Of those, the ones that the one who logged sent.
     pub sent: u64,
+    /// Of those, remote requests.
     pub remote: u64,
+    /// Of those, CAN FD frames.
     pub fd: u64,
     /// Least and greatest number of bytes.
     pub lengths: (usize, usize),
+    first: Option<Instant>,
     latest: Option<Instant>,
     /// From each frame to the next.
     periods: Option<Sample>,
@@ -27,7 +33,8 @@ pub(super) struct Message {
 
 /// Figures of the periods of a message, s.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Periods {
+pub struct Periods {
+    /// The median.
     pub median_s: f64,
     /// All but the hundredth shortest and longest lie within so much.
     pub jitter_s: f64,
@@ -37,7 +44,7 @@ impl Message {
     /// Without a frame yet.
     pub fn new(id: CanId, with_periods: bool) -> Self {
         let (lengths, periods) = ((usize::MAX, 0), with_periods.then(Sample::default));
-        Self { id, count: 0, sent: 0, remote: 0, fd: 0, lengths, latest: None, periods, longest_gap: None }
+        Self { id, count: 0, sent: 0, remote: 0, fd: 0, lengths, first: None, latest: None, periods, longest_gap: None }
     }
 
     /// Takes one of its frames into account.
@@ -48,6 +55,7 @@ impl Message {
         self.remote += u64::from(recorded.frame.kind == FrameKind::Remote);
         self.fd += u64::from(recorded.is_fd());
         self.lengths = (self.lengths.0.min(len), self.lengths.1.max(len));
+        self.first.get_or_insert(record.at);
         if let Some(before) = self.latest.replace(record.at) {
             self.add_period(record.at - before, before);
         }
@@ -61,6 +69,12 @@ impl Message {
             Duration::from_nanos(periods[index]).as_secs_f64()
         };
         Some(Periods { median_s: at(0.5), jitter_s: at(0.99) - at(0.01) })
+    }
+
+    /// The mean period, s; 0 of a single frame.
+    pub fn mean_period_s(&self) -> f64 {
+        let (Some(first), Some(latest)) = (self.first, self.latest) else { return 0.0 };
+        (latest - first).as_secs_f64() / (self.count.max(2) - 1) as f64
     }
 
     /// What sort of frames they were.

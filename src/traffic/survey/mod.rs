@@ -9,22 +9,14 @@ mod table;
 
 use std::collections::BTreeMap;
 
-use bus::Bus;
-use message::Message;
+pub use bus::Bus;
+pub use message::{Message, Periods};
 use stamps::Stamps;
 
 use super::{Content, Record};
+use crate::bus::BitRates;
 use crate::frame::CanId;
 use crate::time::Instant;
-
-/// Bit rates of the buses, for their load.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BitRates {
-    /// In bit/s; also of CAN FD until the rate is switched.
-    pub nominal_bit_s: u32,
-    /// Behind that, bit/s.
-    pub data_bit_s: u32,
-}
 
 /// Gathered record by record; of a fixed size for each message and bus.
 #[derive(Default)]
@@ -64,8 +56,19 @@ impl Survey {
         }
     }
 
+    /// The buses, by their index.
+    pub fn buses(&self) -> &[Bus] {
+        &self.buses
+    }
+
+    /// The messages, each with the index of its bus: by bus, then by id, standard
+    /// ids first.
+    pub fn messages(&self) -> impl Iterator<Item = (u16, &Message)> {
+        self.messages.iter().map(|(&(bus, _), message)| (bus, message))
+    }
+
     /// From the earliest record to the latest, s.
-    fn span_s(&self) -> f64 {
+    pub fn span_s(&self) -> f64 {
         match (self.first, self.last) {
             (Some(first), Some(last)) => (last - first).as_secs_f64(),
             _ => 0.0,
