@@ -53,9 +53,11 @@ pub fn hear(
         }
     };
     let listen = move || {
+        let mut until = clock.now();
         while stop.wish().is_none() {
-            if let Some((at, arrival)) = bus.receive(clock.now() + LOOK_UP)? {
-                keep(at, arrival);
+            match bus.receive(until)? {
+                Some((at, arrival)) => keep(at, arrival),
+                None => until = clock.now() + LOOK_UP,
             }
         }
         // What had come by then, and only waits to be read, is kept as well.

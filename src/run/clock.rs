@@ -23,13 +23,6 @@ impl Clock {
         Instant::from_nanos(nanos(clock_gettime(ClockId::Monotonic)) + self.offset_nanos)
     }
 
-    /// The moment that a stamp of the calendar clock (`CLOCK_REALTIME`, as the
-    /// kernel stamps frames) means, whatever has been done to that clock since
-    /// the start.
-    pub fn from_realtime_nanos(&self, stamp_nanos: i64) -> Instant {
-        Instant::from_nanos(stamp_nanos - realtime_ahead_nanos() + self.offset_nanos)
-    }
-
     /// The moment as the kernel wants it for an absolute wait on
     /// `CLOCK_MONOTONIC`.
     pub fn to_monotonic(&self, at: Instant) -> Timespec {
@@ -41,6 +34,36 @@ impl Clock {
 impl Default for Clock {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+/// Turns stamps of the calendar clock (`CLOCK_REALTIME`, as the kernel stamps
+/// frames) into moments, whatever is done to that clock meanwhile.
+#[derive(Clone, Debug)]
+pub struct RealtimeStamps {
+    clock: Clock,
+    ahead_nanos: i64,
+    /// Stamps for which the clocks' distance is taken as last read.
+    trusted_nanos: std::ops::Range<i64>,
+}
+
+/// For how long the clocks' distance is trusted: read for every frame, it costs
+/// a logger more than the frame.
+const TRUSTED_NANOS: i64 = 10_000_000;
+
+impl RealtimeStamps {
+    /// Those that become moments of `clock`.
+    pub const fn new(clock: Clock) -> Self {
+        Self { clock, ahead_nanos: 0, trusted_nanos: 0..0 }
+    }
+
+    /// The moment that a stamp means.
+    pub fn moment(&mut self, stamp_nanos: i64) -> Instant {
+        if !self.trusted_nanos.contains(&stamp_nanos) {
+            self.ahead_nanos = realtime_ahead_nanos();
+            self.trusted_nanos = stamp_nanos..stamp_nanos.saturating_add(TRUSTED_NANOS);
+        }
+        Instant::from_nanos(stamp_nanos - self.ahead_nanos + self.clock.offset_nanos)
     }
 }
 

@@ -13,7 +13,7 @@ mod realtime;
 mod stop_switch;
 mod tap;
 
-pub use clock::Clock;
+pub use clock::{Clock, RealtimeStamps};
 pub use ended::{BusCounts, End, Ended};
 pub use lockstep::LockStep;
 pub use priority::{DEGRADED, Degraded, raise};

@@ -27,7 +27,7 @@ use self::wire::{Outgoing, Received};
 use super::{Arrival, Bus, BusError, CanLink, ControllerState, OpenOptions};
 use crate::config::Problem;
 use crate::frame::Frame;
-use crate::run::Clock;
+use crate::run::{Clock, RealtimeStamps};
 use crate::time::{Duration, Instant};
 use crate::traffic::{Content, Direction, ErrorFrame};
 
@@ -42,6 +42,7 @@ const FILTERS_MAX: usize = 512;
 pub struct SocketCan {
     name: String,
     clock: Clock,
+    stamps: RealtimeStamps,
     requirements: Requirements,
     listens: bool,
     filters: Vec<CanFilter>,
@@ -107,6 +108,7 @@ impl SocketCan {
         let mut bus = Self {
             name: name.to_owned(),
             clock,
+            stamps: RealtimeStamps::new(clock),
             requirements,
             listens: options.listens,
             filters,
@@ -129,8 +131,11 @@ impl SocketCan {
 
     /// Takes apart what the socket gave.
     fn take(&mut self, arrived: &Arrived) {
-        let now = self.clock.now();
-        let at = arrived.realtime_nanos.map_or(now, |nanos| self.clock.from_realtime_nanos(nanos).min(now));
+        let at = match arrived.realtime_nanos {
+            Some(nanos) if self.listens => self.stamps.moment(nanos),
+            Some(nanos) => self.stamps.moment(nanos).min(self.clock.now()),
+            None => self.clock.now(),
+        };
         self.lose(at, arrived.lost);
         match arrived.content {
             Some(Received::Frame(recorded)) => {

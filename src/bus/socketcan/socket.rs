@@ -149,8 +149,6 @@ impl Socket {
         }
     }
 
-    /// How far the kernel's count has come. A frame that was in the queue
-    /// when the count was last read may bring an older one.
     /// Whether a program on this machine sent what comes next. The kernel marks it
     /// (`MSG_DONTROUTE`) where the reader of stamps does not look.
     fn is_next_from_here(&self) -> bool {
@@ -163,6 +161,8 @@ impl Socket {
         next.is_ok_and(|next| next.flags.bits() & FROM_HERE != 0)
     }
 
+    /// How far the kernel's count has come. A frame that was in the queue
+    /// when the count was last read may bring an older one.
     fn newly_lost(&mut self, count: u32) -> u32 {
         let lost = count.wrapping_sub(self.dropped).cast_signed().max(0).cast_unsigned();
         self.dropped = self.dropped.wrapping_add(lost);
