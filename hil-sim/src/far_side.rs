@@ -24,7 +24,7 @@ use crate::plant::State;
 use crate::scenario::Scenario;
 use crate::timeline::{Stage, Timeline};
 use crate::virtual_robot::VirtualRobot;
-use crate::wire::{Crossing, Fault, FaultId, Node, Nodes, Recovery, Wire, WireStats};
+use crate::wire::{Crossing, Fault, FaultId, Node, Nodes, Pick, Recovery, Wire, WireStats};
 
 /// Wire, drives and plant.
 pub struct FarSide {
@@ -87,7 +87,10 @@ impl FarSide {
     /// The far side of `scenario`, on a bus of these bit rates, before the
     /// first SYNC, which is due at `start`.
     pub fn new(scenario: &Scenario, rates: BitRates, start: Instant) -> Self {
-        let wire = Wire::new(rates, scenario.seed);
+        let mut wire = Wire::new(rates, scenario.seed);
+        if scenario.bus_delay > Duration::ZERO {
+            wire.begin(start, Fault::Delay(Pick::ALL, scenario.bus_delay));
+        }
         let robot = scenario.virtual_robot(start);
         Self {
             timeline: Timeline::new(&scenario.events, &robot),

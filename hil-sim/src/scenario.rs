@@ -5,7 +5,7 @@ use canloop::bus::{BitRates, read_bit_rate};
 use canloop::config::{Bound, Document, Problems, Reader, Section};
 use canloop::robot::Robot;
 use canloop::stack::StackConfig;
-use canloop::time::Instant;
+use canloop::time::{Duration, Instant};
 use canloop::wheels::{Wheel, Wheels};
 
 use crate::drive::DriveSpec;
@@ -32,6 +32,9 @@ pub struct Scenario {
     pub stack: StackConfig,
     /// What joins the two.
     pub link: Link,
+    /// How much later each frame reaches the bus than it was sent, as through
+    /// an adapter or a gateway.
+    pub bus_delay: Duration,
     /// What happens on the way.
     pub events: Vec<Planned>,
     /// What must hold.
@@ -126,6 +129,7 @@ impl Scenario {
             stack,
             robot: truth,
             link: read_link(&root.section("bus")),
+            bus_delay: read_delay(&root.section("bus")),
             text: String::new(),
             given: String::new(),
             overrides: Vec::new(),
@@ -167,6 +171,11 @@ fn read_link(bus: &Section<'_>) -> Link {
     let usual = i64::from(nominal_bit_s);
     let data_bit_s = bus.integer_or("data_bitrate_bit_s", usual, usual, 8_000_000) as u32;
     if is_can { Link::Can(BitRates { nominal_bit_s, data_bit_s }) } else { Link::Ideal }
+}
+
+fn read_delay(bus: &Section<'_>) -> Duration {
+    let delay_s = bus.number_or("delay_s", 0.0, Bound::Within(0.0, 1.0));
+    if delay_s.is_nan() { Duration::ZERO } else { Duration::from_secs_f64(delay_s) }
 }
 
 /// Both wheels alike, unless `right` or `left` overrides a number. No section

@@ -2,6 +2,7 @@
 
 use canloop::event::{Event, Mark, Sink, Truth};
 use canloop::frame::Frame;
+use canloop::robot::Pose;
 use canloop::schema::{Message, Profile};
 use canloop::time::Instant;
 use canloop::wheels::Wheel;
@@ -74,6 +75,8 @@ pub struct Tracking {
     pub final_heading_rad: f64,
     /// Largest position error from 30 s on, m; `null` in a shorter run.
     pub max_after_30s_m: Option<f64>,
+    /// How far the middle of the axle has come, forwards or backwards, m.
+    pub travelled_m: f64,
 }
 
 /// Torque that the stack sent.
@@ -128,6 +131,7 @@ pub struct Gauge {
     tracking: Tracking,
     squares_m2: f64,
     samples: u64,
+    last_pose: Option<Pose>,
     torque: TorqueFigures,
     steps_nm: f64,
     steps: u64,
@@ -166,6 +170,7 @@ impl Gauge {
             tracking: Tracking::default(),
             squares_m2: 0.0,
             samples: 0,
+            last_pose: None,
             torque: TorqueFigures::default(),
             steps_nm: 0.0,
             steps: 0,
@@ -238,6 +243,8 @@ impl Gauge {
         let error_m = truth.position_error_m;
         self.samples += 1;
         self.squares_m2 += error_m * error_m;
+        self.tracking.travelled_m +=
+            self.last_pose.replace(truth.pose).map_or(0.0, |last| last.distance_m(&truth.pose));
         self.tracking.max_m = self.tracking.max_m.max(error_m);
         self.tracking.final_m = error_m;
         self.tracking.final_heading_rad = truth.heading_error_rad;

@@ -131,3 +131,23 @@ fn results_of_another_plan_are_left_alone() {
     let run = rig.hil_sim(&["merge", "other", "sweeps/small", "-o", "all.csv"]).expect_status(2);
     assert!(run.stderr.contains("are of different plans"), "{}", run.stderr);
 }
+
+#[test]
+fn a_plan_says_what_is_drawn_of_it() {
+    let rig = Rig::new();
+    let map = "[[map]]\ntitle = \"how far\"\nx = \"period_s\"\ny = \"robot.load.mass_kg\"\npanels = \"seed\"\n";
+    rig.write("small.toml", &format!("{PLAN}{map}"));
+    sweep(&rig, &[]).expect_status(0);
+    let svg = text(&rig, "sweeps/small/map.svg");
+    let drawn = roxmltree::Document::parse(&svg).expect("well-formed");
+    let cells = drawn.descendants().filter(|node| node.has_tag_name("title")).count() - 1;
+    assert_eq!(cells, 12, "two periods, three loads, a panel for each seed");
+    assert!(svg.contains("seed = 1") && svg.contains("seed = 2") && svg.contains("how far"));
+    assert!(text(&rig, "sweeps/small/report.html").contains("12 runs of dac-friction"));
+    std::fs::remove_file(rig.path("sweeps/small/map.svg")).expect("a picture");
+    rig.hil_sim(&["map", "sweeps/small"]).expect_status(0);
+    assert_eq!(text(&rig, "sweeps/small/map.svg"), svg, "the same, drawn later");
+    rig.write("small.toml", &format!("{PLAN}{}", map.replace("\"period_s\"", "\"period\"")));
+    let run = sweep(&rig, &["--out", "other"]).expect_status(2);
+    assert!(run.stderr.contains("did you mean period_s?"), "{}", run.stderr);
+}

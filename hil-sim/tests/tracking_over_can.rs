@@ -92,3 +92,18 @@ fn an_encoder_too_coarse_for_its_period_is_seen_to_fail() {
     assert_eq!(summary["passed"], false);
     assert_ne!(findings(&summary), "");
 }
+
+#[test]
+fn a_bus_that_keeps_frames_for_a_while_costs_accuracy_where_torque_acts_on_arrival() {
+    let rms_m = |scenario: &str, delay_s: f64| {
+        let rig = Rig::new();
+        let delay = format!("bus.delay_s={delay_s}");
+        rig.run(scenario, &["duration_s=20.0", "expect=[]", "safety.feedback_timeout_periods=1000", &delay]);
+        let summary = rig.summary("runs");
+        assert_eq!(summary["state"], "running", "{scenario}, {delay}");
+        number(&summary, "/tracking/rms_m")
+    };
+    assert!(rms_m("odrive-0.6", 0.008) > 1.5 * rms_m("odrive-0.6", 0.0));
+    // Where it acts at the next SYNC, nothing is lost within a period.
+    assert!((rms_m("dac-friction", 0.001) / rms_m("dac-friction", 0.0) - 1.0).abs() < 1e-3);
+}

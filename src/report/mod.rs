@@ -29,7 +29,7 @@ mod table;
 
 pub use chart::{Chart, Role, Series, Stroke};
 pub use curve::Curve;
-pub use heat_map::HeatMap;
+pub use heat_map::{HeatMap, MapCell, Panel};
 pub use load_curve::LoadCurve;
 pub use markup::Markup;
 pub use page::{Figure, Page, Section};

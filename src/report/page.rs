@@ -1,6 +1,7 @@
 //! One HTML page that holds all it needs.
 
 use super::chart::Chart;
+use super::heat_map::HeatMap;
 use super::markup::Markup;
 use super::svg;
 use super::table::Table;
@@ -39,6 +40,7 @@ enum Block {
     Paragraph(String),
     Table(Table),
     Figure(Figure),
+    Map(HeatMap),
 }
 
 impl Page {
@@ -102,6 +104,9 @@ impl Page {
         out.trusted("<style>\n");
         out.trusted(include_str!("page.css"));
         out.trusted(include_str!("chart.css"));
+        if self.sections.iter().any(Section::has_map) {
+            out.trusted(include_str!("heat_map.css"));
+        }
         out.trusted("</style>\n");
         out.close("head");
     }
@@ -143,6 +148,15 @@ impl Section {
         self.block(Block::Figure(figure))
     }
 
+    /// Adds a map.
+    pub fn map(self, map: HeatMap) -> Self {
+        self.block(Block::Map(map))
+    }
+
+    fn has_map(&self) -> bool {
+        self.blocks.iter().any(|block| matches!(block, Block::Map(_)))
+    }
+
     fn block(mut self, block: Block) -> Self {
         self.blocks.push(block);
         self
@@ -156,6 +170,11 @@ impl Section {
                 Block::Paragraph(text) => out.leaf("p", &[], text),
                 Block::Table(table) => table.write(out),
                 Block::Figure(figure) => figure.write(out),
+                Block::Map(map) => {
+                    out.open("figure", &[]);
+                    map.write(out, None);
+                    out.close("figure");
+                }
             }
         }
         out.close("section");

@@ -86,6 +86,7 @@ impl RobotFile {
         let bus = root.section("bus");
         bus.pass_over("link");
         bus.pass_over("data_bitrate_bit_s");
+        bus.pass_over("delay_s");
         let bit_rate_bit_s = bus.has("bitrate_bit_s").then(|| read_bit_rate(&bus));
         SIMULATION_ONLY.iter().for_each(|key| root.pass_over(key));
         Ok(Self { stack: reader.finish(stack)?, bit_rate_bit_s, text: document.resolved() })

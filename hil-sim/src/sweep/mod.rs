@@ -13,22 +13,26 @@ mod case;
 mod map;
 mod merge;
 mod normal;
+mod page;
 mod plan;
 mod results;
 mod row;
+mod rows;
 mod shard;
 
 pub use axis::{Axis, Spread};
 pub use case::Case;
 pub use map::{Axes, map};
 pub use merge::{Merged, merge};
+pub use page::page;
 pub use plan::{Method, Plan};
-pub use results::{Results, ResultsError};
+pub use results::{FILE as RESULTS_FILE, PLAN as PLAN_FILE, Results, ResultsError};
 pub use row::{COLUMNS, run};
 pub use shard::Shard;
 
 /// The plans that ship with the program, by name.
 pub const SHIPPED: &[(&str, &str)] = &[
-    ("period-and-law", include_str!("../../sweeps/period-and-law.toml")),
+    ("period-and-delay", include_str!("../../sweeps/period-and-delay.toml")),
     ("load-and-belief", include_str!("../../sweeps/load-and-belief.toml")),
+    ("friction-and-encoder", include_str!("../../sweeps/friction-and-encoder.toml")),
 ];

@@ -2,7 +2,7 @@
 
 use canloop::config::{Document, Item, Problems, Reader, Section};
 
-use super::{Axis, Case};
+use super::{Axes, Axis, Case};
 use crate::scenario::Scenario;
 use crate::wire::Chance;
 
@@ -19,6 +19,8 @@ pub struct Plan {
     pub axes: Vec<Axis>,
     /// How the values are combined.
     pub method: Method,
+    /// What is drawn of the results.
+    pub maps: Vec<Axes>,
     /// Seeds that each combination is run with: 1, 2, and so on.
     pub seeds: u64,
     /// The plan's text: what tells it from others.
@@ -88,8 +90,10 @@ impl Plan {
             let found = format!("found `{}`, which may be any number, on a grid; expected values or a range", axis.key);
             root.complain("method", &found);
         }
+        let columns = super::results::header(&axes);
         let plan = Self {
             name: root.text("name"),
+            maps: root.sections("map").iter().map(|map| Axes::read(map, &columns)).collect(),
             scenario: root.text("scenario"),
             set: texts(root, "set"),
             axes,

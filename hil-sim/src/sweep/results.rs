@@ -5,7 +5,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek as _, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::{COLUMNS, Plan, Shard};
+use super::{Axis, COLUMNS, Plan, Shard};
 
 /// Results being written to `results.csv` in a folder; the plan lies beside it.
 pub struct Results {
@@ -61,7 +61,7 @@ impl Results {
         file.set_len(len).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed(&path))?;
         let mut results = Self { file: io::BufWriter::new(file), path, done: lines.saturating_sub(1) };
         if lines == 0 {
-            results.put_line(&header(plan))?;
+            results.put_line(&header(&plan.axes))?;
         }
         Ok(results)
     }
@@ -84,8 +84,8 @@ impl Results {
 }
 
 /// Names of the columns.
-pub fn header(plan: &Plan) -> Vec<String> {
-    let keys = plan.axes.iter().map(|axis| axis.key.clone());
+pub fn header(axes: &[Axis]) -> Vec<String> {
+    let keys = axes.iter().map(|axis| axis.key.clone());
     ["run".to_owned()].into_iter().chain(keys).chain(COLUMNS.map(str::to_owned)).collect()
 }
 

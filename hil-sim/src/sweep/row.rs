@@ -9,7 +9,7 @@ use crate::scenario::Scenario;
 use crate::summary::Summary;
 
 /// Columns after those of the plan's keys, units last.
-pub const COLUMNS: [&str; 19] = [
+pub const COLUMNS: [&str; 20] = [
     "seed",
     "outcome",
     "passed",
@@ -21,6 +21,7 @@ pub const COLUMNS: [&str; 19] = [
     "tracking.final_m",
     "tracking.final_heading_rad",
     "tracking.max_after_30s_m",
+    "tracking.travelled_m",
     "torque.max_nm",
     "torque.chatter_nm",
     "bus.frames",
@@ -57,6 +58,7 @@ fn cells(case: &Case, ran: Result<Summary, String>) -> Vec<String> {
                 tracking.final_m,
                 tracking.final_heading_rad,
                 tracking.max_after_30s_m.unwrap_or(f64::NAN),
+                tracking.travelled_m,
                 torque.max_nm,
                 torque.chatter_nm,
             ];
