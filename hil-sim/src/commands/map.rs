@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use canloop::config::Problem;
 
 use super::{Failure, HELD, say, write_file};
-use crate::sweep::{Axes, map};
+use crate::sweep::{Axes, FILE, map};
 
 /// What `hil-sim map` is given.
 #[derive(Debug, clap::Args)]
@@ -58,5 +58,5 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 }
 
 fn file_of(results: &Path) -> PathBuf {
-    if results.is_dir() { results.join("results.csv") } else { results.to_owned() }
+    if results.is_dir() { results.join(FILE) } else { results.to_owned() }
 }

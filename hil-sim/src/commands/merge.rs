@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use canloop::config::Problem;
 
 use super::{FAILED, Failure, HELD, say};
-use crate::sweep::{Merged, Plan, merge};
+use crate::sweep::{Merged, Parts};
 
 /// What `hil-sim merge` is given.
 #[derive(Debug, clap::Args)]
@@ -32,8 +32,8 @@ const MOST_TOLD: usize = 20;
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let runs = |text: &str| Plan::parse(text).map(|plan| plan.runs());
-    let Merged { rows, duplicates, gaps } = merge(&args.folders, &args.output, runs).map_err(Problem::bare)?;
+    let Merged { rows, duplicates, gaps } =
+        Parts::open(&args.folders).and_then(|parts| parts.to_csv(&args.output)).map_err(Problem::bare)?;
     say(format_args!("{rows} runs, {duplicates} of them several times, -> {}", args.output.display()));
     for (first, last) in gaps.iter().take(MOST_TOLD) {
         say(if first == last { format!("missing: run {first}") } else { format!("missing: runs {first} to {last}") });

@@ -9,7 +9,7 @@ use canloop::config::Problem;
 use super::progress::Progress;
 use super::{Failure, HELD, INTERRUPTED, create_folder, interrupt, say};
 use crate::parallel;
-use crate::sweep::{self, Plan, Results, ResultsError, Shard};
+use crate::sweep::{self, FILE, Plan, Results, ResultsError, Shard};
 
 /// What `hil-sim sweep` is given.
 #[derive(Debug, clap::Args)]
@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     }
     let what = if interrupt::check().is_break() { "ended; the same command goes on with it" } else { "done" };
     say(format_args!("{} runs in {:.1} s, {what}", cases - done, progress.elapsed_s()));
-    say(format_args!("written          {}", folder.join("results.csv").display()));
+    say(format_args!("written          {}", folder.join(FILE).display()));
     Ok(ExitCode::from(if interrupt::check().is_break() { INTERRUPTED } else { HELD }))
 }
 

@@ -34,22 +34,24 @@ struct Cell {
 /// # Errors
 /// What is wrong with the results, or with what is asked of them.
 pub fn map(path: &Path, axes: &Axes<'_>) -> Result<HeatMap, String> {
-    let text = std::fs::read_to_string(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-    let mut lines = text.lines();
-    let header = cells(lines.next().unwrap_or_default());
+    let cannot = |error: csv::Error| format!("cannot read {}: {error}", path.display());
+    let mut rows = csv::ReaderBuilder::new().flexible(true).from_path(path).map_err(cannot)?;
+    let header = rows.headers().map_err(cannot)?.clone();
     let column = |name: &str| column(&header, name);
     let (x, y, value) = (column(axes.x)?, column(axes.y)?, column(axes.value)?);
     let (outcome, state, rings) = (column("outcome")?, column("state")?, column("rings")?);
     let only: Vec<(usize, &str)> =
         axes.only.iter().map(|(name, wanted)| Ok((column(name)?, wanted.as_str()))).collect::<Result<_, String>>()?;
     let mut found: BTreeMap<(Label, Label), Cell> = BTreeMap::new();
-    for row in lines.map(cells).filter(|row| row.len() == header.len()) {
-        if only.iter().any(|&(column, wanted)| row[column] != wanted) {
+    for row in rows.records() {
+        let row = row.map_err(cannot)?;
+        // The last one may not be finished yet.
+        if row.len() != header.len() || only.iter().any(|&(column, wanted)| &row[column] != wanted) {
             continue;
         }
         let cell = found.entry((Label::new(&row[y]), Label::new(&row[x]))).or_default();
         cell.all += 1;
-        let is_stable = row[outcome] == "finished" && row[state] != "tripped" && row[rings] != "true";
+        let is_stable = &row[outcome] == "finished" && &row[state] != "tripped" && &row[rings] != "true";
         if let Some(value) = row[value].parse::<f64>().ok().filter(|_| is_stable) {
             cell.stable += 1;
             cell.sum += value;
@@ -130,32 +132,13 @@ impl Ord for Label {
     }
 }
 
-fn column(header: &[String], name: &str) -> Result<usize, String> {
+fn column(header: &csv::StringRecord, name: &str) -> Result<usize, String> {
     header.iter().position(|known| known == name).ok_or_else(|| {
-        let near = nearest(name, header.iter().map(String::as_str));
-        let hint =
-            near.map_or_else(|| format!("there are {}", header.join(", ")), |near| format!("did you mean {near}?"));
+        let all = || header.iter().collect::<Vec<_>>().join(", ");
+        let near = nearest(name, header.iter());
+        let hint = near.map_or_else(|| format!("there are {}", all()), |near| format!("did you mean {near}?"));
         format!("the results have no column {name}: {hint}")
     })
-}
-
-/// The cells of a line of CSV.
-fn cells(line: &str) -> Vec<String> {
-    let (mut cells, mut cell, mut is_quoted) = (Vec::new(), String::new(), false);
-    let mut characters = line.chars().peekable();
-    while let Some(character) = characters.next() {
-        match character {
-            '"' if is_quoted && characters.peek() == Some(&'"') => {
-                characters.next();
-                cell.push('"');
-            }
-            '"' => is_quoted = !is_quoted,
-            ',' if !is_quoted => cells.push(std::mem::take(&mut cell)),
-            other => cell.push(other),
-        }
-    }
-    cells.push(cell);
-    cells
 }
 
 #[cfg(test)]
@@ -168,7 +151,7 @@ mod tests {
 
     fn drawn(only: &[(&str, &str)]) -> Result<HeatMap, String> {
         let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("results.csv");
+        let path = folder.path().join(crate::sweep::FILE);
         std::fs::write(&path, RESULTS).expect("writable");
         let only = only.iter().map(|&(name, value)| (name.to_owned(), value.to_owned())).collect();
         map(&path, &Axes { x: "a", y: "b", value: "tracking.rms_m", only })
@@ -186,10 +169,5 @@ mod tests {
     fn a_column_that_is_not_there_is_said() {
         assert!(drawn(&[("bb", "y")]).expect_err("no such column").contains("no column bb"));
         assert!(drawn(&[("b", "z")]).expect_err("no such row").contains("no row"));
-    }
-
-    #[test]
-    fn quotes_hold_commas() {
-        assert_eq!(cells("a,\"b, \"\"c\"\"\",,d"), ["a", "b, \"c\"", "", "d"]);
     }
 }

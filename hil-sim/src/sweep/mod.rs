@@ -16,14 +16,15 @@ mod normal;
 mod plan;
 mod results;
 mod row;
+mod rows;
 mod shard;
 
 pub use axis::{Axis, Spread};
 pub use case::Case;
 pub use map::{Axes, map};
-pub use merge::{Merged, merge};
+pub use merge::{Merged, Parts};
 pub use plan::{Method, Plan};
-pub use results::{Results, ResultsError};
+pub use results::{FILE, Results, ResultsError};
 pub use row::{COLUMNS, run};
 pub use shard::Shard;
 
