@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use csv::StringRecord;
 
 use super::Plan;
+use super::parquet::Table;
 use super::results::{FILE, PLAN};
 use super::rows::Rows;
 
@@ -47,6 +48,17 @@ impl Parts {
         Ok(Self { plan: first.plan.clone(), parts })
     }
 
+    /// Their plan.
+    ///
+    /// # Errors
+    /// It is none that this program knows.
+    pub fn plan(&self) -> Result<Plan, String> {
+        Plan::parse(&self.plan).ok_or_else(|| {
+            let path = self.parts[0].folder.join(PLAN);
+            format!("{} is no plan that this program understands: another version wrote it", path.display())
+        })
+    }
+
     /// Writes all rows to a CSV file, in order of the runs' numbers.
     ///
     /// # Errors
@@ -57,6 +69,17 @@ impl Parts {
         out.write_record(&self.parts[0].rows.header).map_err(|error| cannot(&error))?;
         let merged = self.each(|row| out.write_record(row).map_err(|error| cannot(&error)))?;
         out.flush().map_err(|error| cannot(&error))?;
+        Ok(merged)
+    }
+
+    /// Writes all rows to a Parquet file, in order of the runs' numbers.
+    ///
+    /// # Errors
+    /// What is wrong with which part, or with the file.
+    pub fn to_parquet(self, output: &Path) -> Result<Merged, String> {
+        let mut table = Table::create(output, &self.plan()?, &self.parts[0].rows.header)?;
+        let merged = self.each(|row| table.put(row))?;
+        table.finish()?;
         Ok(merged)
     }
 

@@ -65,7 +65,8 @@ impl Plan {
     pub fn parse(text: &str) -> Option<Self> {
         let document = Document::parse(super::results::PLAN, text).ok()?;
         let reader = Reader::new(&document);
-        let plan = Self::read(&reader.root());
+        let mut plan = Self::read(&reader.root());
+        plan.text = text.to_owned();
         reader.finish(plan).ok()
     }
 

@@ -5,7 +5,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::{COLUMNS, Plan, Shard};
+use super::{Plan, Shard, columns};
 
 /// Results being written to `results.csv` in a folder; the plan lies beside it.
 pub struct Results {
@@ -28,7 +28,9 @@ pub enum ResultsError {
 
 /// The file's name.
 pub const FILE: &str = "results.csv";
-/// That of the plan beside it.
+/// That of the file with the same rows as Parquet.
+pub const PARQUET: &str = "results.parquet";
+/// That of the plan beside them.
 pub const PLAN: &str = "plan.toml";
 
 impl Results {
@@ -61,7 +63,7 @@ impl Results {
         file.set_len(len).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed(&path))?;
         let mut results = Self { rows: csv::Writer::from_writer(file), path, done: lines.saturating_sub(1) };
         if lines == 0 {
-            results.put_line(header(plan).into_iter())?;
+            results.put_line(columns(plan).into_iter().map(|column| column.name))?;
         }
         Ok(results)
     }
@@ -78,12 +80,6 @@ impl Results {
         let written = self.rows.write_record(cells).map_err(io::Error::from);
         written.and_then(|()| self.rows.flush()).map_err(|error| ResultsError::Io(self.path.clone(), error))
     }
-}
-
-/// Names of the columns.
-pub fn header(plan: &Plan) -> Vec<String> {
-    let keys = plan.axes.iter().map(|axis| axis.key.clone());
-    ["run".to_owned()].into_iter().chain(keys).chain(COLUMNS.map(str::to_owned)).collect()
 }
 
 /// What tells the results of a part of a plan from all others.
@@ -123,7 +119,7 @@ mod tests {
         let plan = Plan::parse(text).expect("a plan");
         let mut results = Results::open(folder.path(), &plan, Shard::WHOLE).expect("writable");
         let mut cells = ["a", "b, \"c\"", "", " d ", "e\r\nf", "#g", "'h'", "\"", "i;j\tk"].map(str::to_owned).to_vec();
-        cells.resize(header(&plan).len() - 1, String::new());
+        cells.resize(columns(&plan).len() - 1, String::new());
         results.put(7, &cells).expect("writable");
         let written = std::fs::read_to_string(folder.path().join(FILE)).expect("readable");
         let row = "7,a,\"b, \"\"c\"\"\",, d ,e  f,#g,'h',\"\"\"\",i;j\tk,,,,,,,,,,,";
