@@ -7,7 +7,7 @@ use canloop::config::Problem;
 use canloop::report::HeatMap;
 
 use super::{Failure, HELD, say, write_file};
-use crate::sweep::{Axes, PLAN_FILE, Plan, RESULTS_FILE, map, page};
+use crate::sweep::{Axes, FILE, PLAN, Plan, map, page};
 
 /// What `hil-sim map` is given.
 #[derive(Debug, clap::Args)]
@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 /// Draws what the plan beside the results asks for.
 fn draw_planned(results: &Path) -> Result<ExitCode, Failure> {
     let folder = results.parent().unwrap_or(Path::new(""));
-    let path = folder.join(PLAN_FILE);
+    let path = folder.join(PLAN);
     let plan = std::fs::read_to_string(&path).ok().and_then(|text| Plan::parse(&text));
     let Some(plan) = plan.filter(|plan| !plan.maps.is_empty()) else {
         let what = format!("{} has no plan beside it that says what to draw", results.display());
@@ -88,7 +88,7 @@ fn draw_planned(results: &Path) -> Result<ExitCode, Failure> {
 /// Draws the maps that a plan asks for beside the results in a folder: each as a
 /// picture, and a page with all of them.
 pub(super) fn write_maps(plan: &Plan, folder: &Path) -> Result<(), Failure> {
-    let results = folder.join(RESULTS_FILE);
+    let results = folder.join(FILE);
     let maps: Vec<HeatMap> =
         plan.maps.iter().map(|axes| map(&results, axes)).collect::<Result<_, _>>().map_err(Problem::bare)?;
     for (nth, map) in maps.iter().enumerate() {
@@ -104,5 +104,5 @@ pub(super) fn write_maps(plan: &Plan, folder: &Path) -> Result<(), Failure> {
 }
 
 fn file_of(results: &Path) -> PathBuf {
-    if results.is_dir() { results.join(RESULTS_FILE) } else { results.to_owned() }
+    if results.is_dir() { results.join(FILE) } else { results.to_owned() }
 }

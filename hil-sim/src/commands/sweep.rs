@@ -1,7 +1,8 @@
 //! `hil-sim sweep`: thousands of runs that answer one question.
 
+use std::io::ErrorKind;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use canloop::config::Problem;
@@ -9,7 +10,7 @@ use canloop::config::Problem;
 use super::progress::Progress;
 use super::{Failure, HELD, INTERRUPTED, create_folder, interrupt, say};
 use crate::parallel;
-use crate::sweep::{self, Plan, RESULTS_FILE, Results, ResultsError, Shard};
+use crate::sweep::{self, FILE, PARQUET, Plan, Results, ResultsError, Shard};
 
 /// What `hil-sim sweep` is given.
 #[derive(Debug, clap::Args)]
@@ -35,8 +36,10 @@ A plan names a scenario and what is varied:
   values = [0.002, 0.005, 0.01]
 
 results.csv has a row a run, in their order: what was varied, the figures of its
-summary, and what went wrong, if anything did. A sweep that was ended goes on where
-it was. Slurm's job arrays, Kubernetes' indexed jobs and the matrices of GitLab and
+summary, and what went wrong, if anything did. results.parquet has the same rows
+once all are done or the sweep was ended, with columns of numbers, words, true and
+false, and null where a cell is empty. A sweep that was ended goes on where it was.
+Slurm's job arrays, Kubernetes' indexed jobs and the matrices of GitLab and
 CircleCI are understood by their variables without --shard.
 Exit status: 0 all runs are done, 2 bad input or no room, 130 ended by Ctrl-C.")]
 pub struct Args {
@@ -74,6 +77,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         say(format_args!("{done} of {cases} runs were done before"));
     }
     interrupt::listen();
+    remove_outdated(&folder)?;
     let mut progress = Progress::new(plan.name.clone(), cases);
     let mut failed = None;
     let work = |nth| {
@@ -94,13 +98,36 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if let Some(error) = failed {
         return Err(refused(error));
     }
-    let what = if interrupt::check().is_break() { "ended; the same command goes on with it" } else { "done" };
+    let is_ended = interrupt::check().is_break();
+    let what = if is_ended { "ended; the same command goes on with it" } else { "done" };
     say(format_args!("{} runs in {:.1} s, {what}", cases - done, progress.elapsed_s()));
-    say(format_args!("written          {}", folder.join(RESULTS_FILE).display()));
-    if shard == Shard::WHOLE && !plan.maps.is_empty() && interrupt::check().is_continue() {
+    say(format_args!("written          {}", folder.join(FILE).display()));
+    write_parquet(&folder, &plan)?;
+    if shard == Shard::WHOLE && !plan.maps.is_empty() && !is_ended {
         super::map::write_maps(&plan, &folder)?;
     }
-    Ok(ExitCode::from(if interrupt::check().is_break() { INTERRUPTED } else { HELD }))
+    Ok(ExitCode::from(if is_ended { INTERRUPTED } else { HELD }))
+}
+
+/// A table of fewer rows than there are would be taken for all of them if this
+/// program was killed.
+fn remove_outdated(folder: &Path) -> Result<(), Failure> {
+    let path = folder.join(PARQUET);
+    match std::fs::remove_file(&path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(Failure::Broken(format!("cannot remove {}, which is outdated: {error}", path.display())))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn write_parquet(folder: &Path, plan: &Plan) -> Result<(), Failure> {
+    let (csv, output) = (folder.join(FILE), folder.join(PARQUET));
+    sweep::to_parquet(&csv, &output, plan).map_err(|error| {
+        Failure::Broken(format!("{error}; {} has all rows, the same command tries again", csv.display()))
+    })?;
+    say(format_args!("written          {}", output.display()));
+    Ok(())
 }
 
 fn default_folder(plan: &Plan, shard: Shard) -> PathBuf {

@@ -2,7 +2,7 @@
 
 use canloop::config::{Bound, Item, Section};
 
-use super::normal;
+use super::{Kind, normal};
 
 /// A key and its values.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,6 +108,19 @@ impl Spread {
         }
     }
 
+    /// What all of its values are.
+    pub fn kind(&self) -> Kind {
+        let Self::List(values) = self else { return Kind::Number };
+        let all = |is: fn(&String) -> bool| values.iter().all(is);
+        if all(|value| value.parse::<i64>().is_ok()) {
+            Kind::Whole
+        } else if all(|value| value.parse::<f64>().is_ok()) {
+            Kind::Number
+        } else {
+            Kind::Words
+        }
+    }
+
     /// The `nth` of its values, as TOML has it.
     pub fn nth(&self, nth: u64) -> String {
         match self {
@@ -170,6 +183,17 @@ mod tests {
         assert!(
             (values[0] - 0.001).abs() < 1e-12 && (values[1] - 0.01).abs() < 1e-12 && (values[2] - 0.1).abs() < 1e-12
         );
+    }
+
+    #[test]
+    fn values_are_of_a_kind_that_holds_each_of_them() {
+        let kind = |values: &[&str]| Spread::List(values.iter().map(|&value| value.to_owned()).collect()).kind();
+        assert_eq!(kind(&["1", "-2"]), Kind::Whole);
+        assert_eq!(kind(&["1", "0.5", "1e300"]), Kind::Number);
+        assert_eq!(kind(&["1", "0.5", "\"off\""]), Kind::Words);
+        // Words that look like numbers are words all the same.
+        assert_eq!(kind(&["\"1\"", "\"2\""]), Kind::Words);
+        assert_eq!(Spread::Linear(0.0, 2.0, 3).kind(), Kind::Number);
     }
 
     #[test]

@@ -5,8 +5,10 @@ use std::path::Path;
 
 use canloop::config::Section;
 use canloop::report::{HeatMap, MapCell, Panel};
+use csv::StringRecord;
 
-use super::rows::{Rows, column};
+use super::Column;
+use super::rows::{Rows, place};
 
 /// What of the results is drawn: a `[[map]]` table of a plan.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,10 +29,10 @@ pub struct Axes {
 
 impl Axes {
     /// Reads a `[[map]]` table over the columns of a sweep.
-    pub fn read(section: &Section<'_>, columns: &[String]) -> Self {
+    pub fn read(section: &Section<'_>, columns: &[Column]) -> Self {
         let column = |key: &str, name: Option<String>| {
             if let Some(name) = name.as_ref().filter(|name| !name.is_empty())
-                && let Err(what) = column(columns, name)
+                && let Err(what) = place(columns.iter().map(|column| column.name.as_str()), name)
             {
                 section.complain(key, &what);
             }
@@ -87,7 +89,7 @@ type Place = (Label, Label, Label);
 /// # Errors
 /// What is wrong with the results, or with what is asked of them.
 pub fn map(path: &Path, axes: &Axes) -> Result<HeatMap, String> {
-    let rows = Rows::open(path)?;
+    let mut rows = Rows::open(path)?;
     let column = |name: &str| rows.column(name);
     let (x, y, value) = (column(&axes.x)?, column(&axes.y)?, column(&axes.value)?);
     let panels = axes.panels.as_deref().map(column).transpose()?;
@@ -96,17 +98,18 @@ pub fn map(path: &Path, axes: &Axes) -> Result<HeatMap, String> {
     let only: Vec<(usize, &str)> =
         axes.only.iter().map(|(name, wanted)| Ok((column(name)?, wanted.as_str()))).collect::<Result<_, String>>()?;
     let mut found: BTreeMap<Place, Tally> = BTreeMap::new();
-    for row in rows {
-        if only.iter().any(|&(column, wanted)| row[column] != wanted) {
+    let mut row = StringRecord::new();
+    while rows.next(&mut row)? {
+        if only.iter().any(|&(column, wanted)| &row[column] != wanted) {
             continue;
         }
         let panel = Label::new(panels.map_or("", |column| &row[column]));
         let tally = found.entry((panel, Label::new(&row[y]), Label::new(&row[x]))).or_default();
         tally.all += 1;
         let drove = row[travelled].parse::<f64>().is_ok_and(|travelled_m| travelled_m > MOVED_M);
-        let is_well = drove && row[outcome] == "finished" && row[state] != "tripped";
+        let is_well = drove && &row[outcome] == "finished" && &row[state] != "tripped";
         let Some(value) = row[value].parse::<f64>().ok().filter(|_| is_well) else { continue };
-        if row[rings] == "true" {
+        if &row[rings] == "true" {
             (tally.ringing, tally.sum_ringing) = (tally.ringing + 1, tally.sum_ringing + value);
         } else {
             (tally.stable, tally.sum_stable) = (tally.stable + 1, tally.sum_stable + value);
@@ -202,7 +205,7 @@ mod tests {
 
     fn drawn(panels: Option<&str>, only: &[(&str, &str)]) -> Result<HeatMap, String> {
         let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("results.csv");
+        let path = folder.path().join(crate::sweep::FILE);
         std::fs::write(&path, RESULTS).expect("writable");
         let only = only.iter().map(|&(name, value)| (name.to_owned(), value.to_owned())).collect();
         let [title, x, y, value] = ["how far", "a", "b", "tracking.rms_m"].map(str::to_owned);

@@ -2,7 +2,7 @@
 //! gain is this loop stable and accurate?
 //!
 //! ```text
-//! Plan -> cases, by number -> Shard -> runs on all processors -> rows, in order -> results.csv
+//! Plan -> cases, by number -> Shard -> runs on all processors -> rows, in order -> results.csv -> results.parquet
 //! ```
 //!
 //! A case follows from the plan and its number alone, so that any part of a
@@ -10,23 +10,29 @@
 
 mod axis;
 mod case;
+mod cells;
+mod column;
+mod draft;
 mod map;
 mod merge;
 mod normal;
 mod page;
+mod parquet;
 mod plan;
 mod results;
 mod row;
 mod rows;
 mod shard;
 
+pub use self::parquet::to_parquet;
 pub use axis::{Axis, Spread};
 pub use case::Case;
+pub use column::{Column, Kind, columns};
 pub use map::{Axes, map};
-pub use merge::{Merged, merge};
+pub use merge::{Merged, Parts};
 pub use page::page;
 pub use plan::{Method, Plan};
-pub use results::{FILE as RESULTS_FILE, PLAN as PLAN_FILE, Results, ResultsError};
+pub use results::{FILE, PARQUET, PLAN, Results, ResultsError};
 pub use row::{COLUMNS, run};
 pub use shard::Shard;
 

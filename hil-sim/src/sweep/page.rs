@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use canloop::report::{Cell, Column, HeatMap, Page, Section, Table};
+use csv::StringRecord;
 
 use super::Plan;
 use super::rows::Rows;
@@ -28,11 +29,12 @@ pub fn page(plan: &Plan, path: &Path, maps: Vec<HeatMap>) -> Result<Page, String
 
 /// How many runs ended in which way.
 fn ends(path: &Path) -> Result<BTreeMap<String, u64>, String> {
-    let rows = Rows::open(path)?;
+    let mut rows = Rows::open(path)?;
     let (outcome, state, rings) = (rows.column("outcome")?, rows.column("state")?, rows.column("rings")?);
     let mut ends = BTreeMap::new();
-    for row in rows {
-        let end = match (row[outcome].as_str(), row[state].as_str(), row[rings].as_str()) {
+    let mut row = StringRecord::new();
+    while rows.next(&mut row)? {
+        let end = match (&row[outcome], &row[state], &row[rings]) {
             ("finished", "tripped", _) => "stopped by the safety chain",
             ("finished", _, "true") => "finished, the torque rings",
             (outcome, ..) => outcome,

@@ -2,7 +2,7 @@
 
 use canloop::config::{Document, Item, Problems, Reader, Section};
 
-use super::{Axes, Axis, Case};
+use super::{Axes, Axis, Case, columns};
 use crate::scenario::Scenario;
 use crate::wire::Chance;
 
@@ -67,7 +67,8 @@ impl Plan {
     pub fn parse(text: &str) -> Option<Self> {
         let document = Document::parse(super::results::PLAN, text).ok()?;
         let reader = Reader::new(&document);
-        let plan = Self::read(&reader.root());
+        let mut plan = Self::read(&reader.root());
+        plan.text = text.to_owned();
         reader.finish(plan).ok()
     }
 
@@ -90,7 +91,7 @@ impl Plan {
             let found = format!("found `{}`, which may be any number, on a grid; expected values or a range", axis.key);
             root.complain("method", &found);
         }
-        let columns = super::results::header(&axes);
+        let columns = columns(&axes);
         let plan = Self {
             name: root.text("name"),
             maps: root.sections("map").iter().map(|map| Axes::read(map, &columns)).collect(),

@@ -2,14 +2,14 @@
 //! which breaks off says by itself what is still to be run.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, BufRead, BufReader, Seek as _, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::{Axis, COLUMNS, Plan, Shard};
+use super::{Plan, Shard, columns};
 
 /// Results being written to `results.csv` in a folder; the plan lies beside it.
 pub struct Results {
-    file: io::BufWriter<File>,
+    rows: csv::Writer<File>,
     path: PathBuf,
     /// Rows that were there already.
     pub done: u64,
@@ -28,7 +28,9 @@ pub enum ResultsError {
 
 /// The file's name.
 pub const FILE: &str = "results.csv";
-/// That of the plan beside it.
+/// That of the file with the same rows as Parquet.
+pub const PARQUET: &str = "results.parquet";
+/// That of the plan beside them.
 pub const PLAN: &str = "plan.toml";
 
 impl Results {
@@ -59,9 +61,9 @@ impl Results {
             .map_err(failed(&path))?;
         let (lines, len) = whole_lines(&mut file).map_err(failed(&path))?;
         file.set_len(len).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed(&path))?;
-        let mut results = Self { file: io::BufWriter::new(file), path, done: lines.saturating_sub(1) };
+        let mut results = Self { rows: csv::Writer::from_writer(file), path, done: lines.saturating_sub(1) };
         if lines == 0 {
-            results.put_line(&header(&plan.axes))?;
+            results.put_line(columns(&plan.axes).into_iter().map(|column| column.name))?;
         }
         Ok(results)
     }
@@ -71,22 +73,13 @@ impl Results {
     /// # Errors
     /// The file takes no more.
     pub fn put(&mut self, number: u64, cells: &[String]) -> Result<(), ResultsError> {
-        let mut row = vec![number.to_string()];
-        row.extend_from_slice(cells);
-        self.put_line(&row)
+        self.put_line([number.to_string()].into_iter().chain(cells.iter().map(|cell| on_one_line(cell))))
     }
 
-    fn put_line(&mut self, cells: &[String]) -> Result<(), ResultsError> {
-        let line = cells.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(",");
-        let written = writeln!(self.file, "{line}").and_then(|()| self.file.flush());
-        written.map_err(|error| ResultsError::Io(self.path.clone(), error))
+    fn put_line(&mut self, cells: impl Iterator<Item = String>) -> Result<(), ResultsError> {
+        let written = self.rows.write_record(cells).map_err(io::Error::from);
+        written.and_then(|()| self.rows.flush()).map_err(|error| ResultsError::Io(self.path.clone(), error))
     }
-}
-
-/// Names of the columns.
-pub fn header(axes: &[Axis]) -> Vec<String> {
-    let keys = axes.iter().map(|axis| axis.key.clone());
-    ["run".to_owned()].into_iter().chain(keys).chain(COLUMNS.map(str::to_owned)).collect()
 }
 
 /// What tells the results of a part of a plan from all others.
@@ -95,7 +88,7 @@ fn plan_text(plan: &Plan, shard: Shard) -> String {
 }
 
 /// How many lines are whole, and where the last of them ends.
-fn whole_lines(file: &mut File) -> io::Result<(u64, u64)> {
+pub fn whole_lines(file: &mut File) -> io::Result<(u64, u64)> {
     let (mut lines, mut len) = (0, 0);
     let mut reader = BufReader::new(file);
     let mut line = Vec::new();
@@ -110,8 +103,28 @@ fn whole_lines(file: &mut File) -> io::Result<(u64, u64)> {
     }
 }
 
-/// A cell as CSV has it (RFC 4180); a line break would end the row.
-fn quoted(cell: &str) -> String {
-    let cell = cell.replace(['\r', '\n'], " ");
-    if cell.contains([',', '"']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell }
+/// A cell without line breaks: whole rows are told by theirs.
+fn on_one_line(cell: &str) -> String {
+    cell.replace(['\r', '\n'], " ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_commas_and_quotes_are_quoted_and_a_row_is_a_line() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let text = "name = \"n\"\nscenario = \"line\"\n[[vary]]\nkey = \"a\"\nvalues = [1]\n";
+        let plan = Plan::parse(text).expect("a plan");
+        let mut results = Results::open(folder.path(), &plan, Shard::WHOLE).expect("writable");
+        let mut cells = ["a", "b, \"c\"", "", " d ", "e\r\nf", "#g", "'h'", "\"", "i;j\tk"].map(str::to_owned).to_vec();
+        cells.resize(columns(&plan.axes).len() - 1, String::new());
+        results.put(7, &cells).expect("writable");
+        let written = std::fs::read_to_string(folder.path().join(FILE)).expect("readable");
+        let row = "7,a,\"b, \"\"c\"\"\",, d ,e  f,#g,'h',\"\"\"\",i;j\tk";
+        let line = written.lines().nth(1).expect("a row");
+        assert_eq!(line.trim_end_matches(','), row);
+        assert!(written.ends_with(",\n") && !written.contains('\r'));
+    }
 }

@@ -3,34 +3,36 @@
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use super::{Case, Plan};
+use super::{Case, Kind, Plan};
 use crate::recording::Recording;
 use crate::scenario::Scenario;
 use crate::summary::Summary;
 
 /// Columns after those of the plan's keys, units last.
-pub const COLUMNS: [&str; 20] = [
-    "seed",
-    "outcome",
-    "passed",
-    "state",
-    "rings",
-    "simulated_s",
-    "tracking.rms_m",
-    "tracking.max_m",
-    "tracking.final_m",
-    "tracking.final_heading_rad",
-    "tracking.max_after_30s_m",
-    "tracking.travelled_m",
-    "torque.max_nm",
-    "torque.chatter_nm",
-    "bus.frames",
-    "bus.lost",
-    "bus.error_frames",
-    "bus.load_percent",
-    "frames_blake3",
-    "error",
+pub const COLUMNS: [(&str, Kind); 20] = [
+    ("seed", Kind::Whole),
+    ("outcome", Kind::Words),
+    ("passed", Kind::Truth),
+    ("state", Kind::Words),
+    ("rings", Kind::Truth),
+    ("simulated_s", Kind::Number),
+    ("tracking.rms_m", Kind::Number),
+    ("tracking.max_m", Kind::Number),
+    ("tracking.final_m", Kind::Number),
+    ("tracking.final_heading_rad", Kind::Number),
+    ("tracking.max_after_30s_m", Kind::Number),
+    ("tracking.travelled_m", Kind::Number),
+    ("torque.max_nm", Kind::Number),
+    ("torque.chatter_nm", Kind::Number),
+    ("bus.frames", Kind::Whole),
+    ("bus.lost", Kind::Whole),
+    ("bus.error_frames", Kind::Whole),
+    ("bus.load_percent", Kind::Number),
+    ("frames_blake3", Kind::Words),
+    ("error", Kind::Words),
 ];
+/// So many of them, from the first, are filled in every row.
+pub const ALWAYS_FILLED: usize = 2;
 
 /// Runs a case; its cells are those of the plan's keys and then of [`COLUMNS`].
 /// A scenario that will not do, or a panic, is a row as well.

@@ -1,74 +1,71 @@
-//! Results, read again.
+//! The rows of a file of results, one after the other.
 
 use std::fs::File;
-use std::io::{BufRead as _, BufReader};
-use std::path::Path;
+use std::io::{self, Read as _, Seek as _, Take};
+use std::path::{Path, PathBuf};
 
 use canloop::config::nearest;
+use csv::StringRecord;
 
-/// The rows of a file of results, one by one.
+use super::results::whole_lines;
+
+/// Rows being read. A last line that was not finished is none of them.
 pub struct Rows {
-    header: Vec<String>,
-    lines: std::io::Lines<BufReader<File>>,
+    /// The names of their columns.
+    pub header: StringRecord,
+    path: PathBuf,
+    reader: csv::Reader<Take<File>>,
 }
 
 impl Rows {
+    /// Opens the file at `path`.
+    ///
+    /// # Errors
+    /// It cannot be read.
     pub fn open(path: &Path) -> Result<Self, String> {
-        let cannot = |error| format!("cannot read {}: {error}", path.display());
-        let mut lines = BufReader::new(File::open(path).map_err(cannot)?).lines();
-        let header = cells(&lines.next().transpose().map_err(cannot)?.unwrap_or_default());
-        Ok(Self { header, lines })
+        let opened = whole(path).map_err(csv::Error::from).and_then(|file| {
+            let mut reader = csv::Reader::from_reader(file);
+            Ok((reader.headers()?.clone(), reader))
+        });
+        let (header, reader) = opened.map_err(|error| cannot(path, &error))?;
+        Ok(Self { header, path: path.to_owned(), reader })
     }
 
-    /// Where a column is.
+    /// Where the column of that name is.
+    ///
+    /// # Errors
+    /// There is none.
     pub fn column(&self, name: &str) -> Result<usize, String> {
-        column(&self.header, name)
+        place(self.header.iter(), name)
+    }
+
+    /// Reads the next row into `row`; false after the last.
+    ///
+    /// # Errors
+    /// It cannot be read, or has not as many cells as there are columns.
+    pub fn next(&mut self, row: &mut StringRecord) -> Result<bool, String> {
+        self.reader.read_record(row).map_err(|error| cannot(&self.path, &error))
     }
 }
 
-/// Whole rows; a last one that was not finished is none.
-impl Iterator for Rows {
-    type Item = Vec<String>;
-
-    fn next(&mut self) -> Option<Vec<String>> {
-        self.lines.by_ref().map_while(Result::ok).map(|line| cells(&line)).find(|row| row.len() == self.header.len())
-    }
-}
-
-pub fn column(header: &[String], name: &str) -> Result<usize, String> {
-    header.iter().position(|known| known == name).ok_or_else(|| {
-        let near = nearest(name, header.iter().map(String::as_str));
-        let hint =
-            near.map_or_else(|| format!("there are {}", header.join(", ")), |near| format!("did you mean {near}?"));
-        format!("found no column {name}: {hint}")
+/// Where a name is among those of columns.
+///
+/// # Errors
+/// It is not there.
+pub fn place<'n>(names: impl Iterator<Item = &'n str> + Clone, name: &str) -> Result<usize, String> {
+    names.clone().position(|known| known == name).ok_or_else(|| match nearest(name, names.clone()) {
+        Some(near) => format!("found no column {name}: did you mean {near}?"),
+        None => format!("found no column {name}: there are {}", names.collect::<Vec<_>>().join(", ")),
     })
 }
 
-/// The cells of a line of CSV.
-fn cells(line: &str) -> Vec<String> {
-    let (mut cells, mut cell, mut is_quoted) = (Vec::new(), String::new(), false);
-    let mut characters = line.chars().peekable();
-    while let Some(character) = characters.next() {
-        match character {
-            '"' if is_quoted && characters.peek() == Some(&'"') => {
-                characters.next();
-                cell.push('"');
-            }
-            '"' => is_quoted = !is_quoted,
-            ',' if !is_quoted => cells.push(std::mem::take(&mut cell)),
-            other => cell.push(other),
-        }
-    }
-    cells.push(cell);
-    cells
+fn whole(path: &Path) -> io::Result<Take<File>> {
+    let mut file = File::open(path)?;
+    let (_, len) = whole_lines(&mut file)?;
+    file.rewind()?;
+    Ok(file.take(len))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quotes_hold_commas() {
-        assert_eq!(cells("a,\"b, \"\"c\"\"\",,d"), ["a", "b, \"c\"", "", "d"]);
-    }
+fn cannot(path: &Path, error: &csv::Error) -> String {
+    format!("cannot read {}: {error}", path.display())
 }
