@@ -91,7 +91,7 @@ def others(folder, turns):
     ours_s = loggers["canloop"][0]
     on_a_bus = [
         Row("logging a bus, CPU time, times candump's", [ours_s / loggers["candump"][0]]),
-        Row("logging a bus, times less CPU time than python-can", [loggers["python-can"][0] / ours_s]),
+        Row("logging a bus, CPU time, times python-can's", [ours_s / loggers["python-can"][0]]),
     ]
     figures = [
         Row("into MCAP, raw and decoded", decoded, "frames/s"),

@@ -4,9 +4,8 @@ HEAD = ["", "median", "least", "most", "unit", "aim", ""]
 
 
 def number(value):
-    if value == int(value) and abs(value) < 1e4:
-        return f"{value:.0f}"
-    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+    is_whole = value == int(value) or abs(value) >= 100
+    return f"{value:,.0f}".replace(",", " ") if is_whole else f"{value:.3g}"
 
 
 def cells(row):
