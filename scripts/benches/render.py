@@ -27,16 +27,24 @@ def table(head, rows):
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def markdown(machine, turns, full_turns, sections):
-    aimed = [row for section in sections for row in section.ratios + section.figures if row.aim]
-    missed = [f"{row.what}: {number(row.median)}, aim {row.aim}" for row in aimed if row.verdict != "met"]
+def aims(sections):
+    """How many there are, and lines about those missed."""
+    aimed = [(section.name, row) for section in sections for row in section.ratios + section.figures if row.aim]
+    missed = [
+        " ".join(f"- {name}: {row.what}: {number(row.median)} {row.unit}".split()) + f", aim {row.aim}"
+        for name, row in aimed
+        if row.verdict != "met"
+    ]
+    met = f"Of {len(aimed)} aims {len(aimed) - len(missed)} are met"
+    return [f"{met}; missed are:", "\n".join(missed)] if missed else [f"{met}."]
+
+
+def markdown(machine, turns, is_trial, sections):
     parts = ["# Benchmarks", INTRODUCTION.format(turns=turns, s="" if turns == 1 else "s")]
-    if turns < full_turns:
-        parts.append(TRIAL.format(full_turns=full_turns))
+    if is_trial:
+        parts.append(TRIAL)
     parts.append("\n".join(["| | |", "|---|---|", *(f"| {what} | {which} |" for what, which in machine.items())]))
-    parts.append(f"Of {len(aimed)} aims {len(aimed) - len(missed)} are met" + (", and these missed:" if missed else "."))
-    if missed:
-        parts.append("\n".join(f"- {what}" for what in missed))
+    parts += aims(sections)
     for section in sections:
         parts += [f"## {section.name}", f"{section.how} Again with `scripts/bench {section.name}`."]
         parts.append(table("ratio", section.ratios))
@@ -51,5 +59,4 @@ with. All candidates of a section take turns, {turns} turn{s} each. A ratio is t
 median of the turns, with the least and the most. Only ratios mean something on another machine, or in another hour of
 this one."""
 
-TRIAL = """\
-**A trial with fewer turns than the usual {full_turns}, to try the benchmarks: do not quote these figures.**"""
+TRIAL = "**A trial with too few turns, to try the benchmarks themselves: do not quote these figures.**"
