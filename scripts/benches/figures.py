@@ -8,7 +8,8 @@ import statistics
 class Row:
     """One figure. A row that is `guarded` is a ratio of two things that one machine
     did in one turn, so that another machine gives about the same: a gross fall
-    of it fails scripts/bench --quick."""
+    of it fails scripts/bench --quick: to half of what it was, or to another share
+    where less is a gross fall, as of two threads that wait for each other."""
 
     what: str
     values: list
@@ -16,6 +17,7 @@ class Row:
     at_least: float = None
     at_most: float = None
     guarded: bool = False
+    fallen_below: float = 0.5
 
     @property
     def median(self):
@@ -35,8 +37,8 @@ class Row:
         return "met" if is_met else "MISSED"
 
     def has_fallen_from(self, reference):
-        """Whether it is less than half as good as it was."""
-        return self.median > 2.0 * reference if self.at_most is not None else self.median < 0.5 * reference
+        share = reference / self.median if self.at_most is not None else self.median / reference
+        return share < self.fallen_below
 
 
 @dataclasses.dataclass

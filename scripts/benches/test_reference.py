@@ -23,6 +23,10 @@ class Complaints(unittest.TestCase):
     def test_of_a_cost_it_is_more_than_double(self):
         self.assertEqual(complaints([10.0], [4.1]), ["some: cost: 4.1, and it was 2"])
 
+    def test_what_cannot_fall_to_half_has_another_share(self):
+        row = Row("two threads", [0.65], guarded=True, fallen_below=0.7)
+        self.assertEqual(len(reference.complaints(Section("some", "", [row]), {"some": {"two threads": 1.0}})), 1)
+
     def test_a_ratio_that_was_renamed_does_not_go_unseen(self):
         found = complaints([10.0], [2.0], {"some": {"speed": 10.0, "price": 2.0}})
         self.assertEqual(found, ["some: cost: no reference; run scripts/bench", "some: price: not measured any more"])
