@@ -4,11 +4,11 @@ throughput, and what the loop costs."""
 import json
 import os
 import pathlib
-import statistics
 import subprocess
 import tempfile
 
 from . import common
+from .figures import Row, Section, ratios
 
 PERIOD_US = 5000
 SECONDS = 4
@@ -60,11 +60,11 @@ def drive(period_s):
     with tempfile.TemporaryDirectory() as folder:
         common_arguments = [*patient_profile(folder), "--set", f"period_s={period_s}", "--set", "bus.bitrate_bit_s=1000000"]
         serving = start(
-            [common.TARGET / "hil-sim", "serve", "dac-friction", "--bus", f"tcp-listen://{address}", "--time", "wall"]
+            [common.HIL_SIM, "serve", "dac-friction", "--bus", f"tcp-listen://{address}", "--time", "wall"]
             + ["--no-log", "--out", folder, *common_arguments]
         )
         summary = pathlib.Path(folder) / "drive.json"
-        command = [common.TARGET / "canloop", "drive", "--bus", f"tcp://{address}", "--config", SCENARIO]
+        command = [common.CANLOOP, "drive", "--bus", f"tcp://{address}", "--config", SCENARIO]
         command += ["--duration-s", str(SECONDS), "--summary", summary, *PATIENT, *common_arguments]
         driving = subprocess.Popen(command, stdout=subprocess.DEVNULL)
         _, status, usage = os.wait4(driving.pid, 0)
@@ -76,42 +76,39 @@ def drive(period_s):
 
 
 def flood_frames_s():
-    flooded = subprocess.run(
-        [common.TARGET / "examples/bus_bench", "flood", str(common.free_port()), str(FRAMES)],
-        check=True,
-        capture_output=True,
-    )
-    return float(flooded.stdout)
+    return float(common.told([common.TARGET / "examples/bus_bench", "flood", str(common.free_port()), str(FRAMES)]))
 
 
 def python_can_frames_s():
-    script = common.ROOT / "scripts/benches/virtual_bus.py"
-    ran = subprocess.run([common.ROOT / "scripts/python", script, str(FRAMES // 10)], check=True, capture_output=True)
-    return float(ran.stdout)
+    return float(common.told([common.PYTHON, common.ROOT / "scripts/peers/virtual_bus.py", str(FRAMES // 10)]))
 
 
-def run(turns):
-    common.build("--workspace")
-    common.build("--example", "bus_bench")
-    bare, whole, missed, cpu, ours, theirs = [], [], 0, [], [], []
+def run(turns, _is_quick):
+    bare, whole, missed, cpu, ours, theirs = [], [], [], [], [], []
     for turn in range(turns):
         common.progress(f"bus: turn {turn + 1} of {turns}")
         bare.append(bare_round_trip_us())
         summary, _ = drive(PERIOD_US / 1e6)
         whole.append(summary["loop"]["round_trip"]["p50_us"])
-        missed += summary["loop"]["missed"]
+        missed.append(summary["loop"]["missed"])
         cpu.append(drive(0.001)[1])
         ours.append(flood_frames_s())
         theirs.append(python_can_frames_s())
     common.progress("")
-    print(f"TCP bus on loopback, T = {PERIOD_US / 1000:.0f} ms, {SECONDS} s a turn\n")
-    print(f"{'':<44} {'median':>10} {'least':>10} {'most':>10}")
-    print(f"{'round trip p50, a bare echo, us':<44} {common.spread(bare)}")
-    print(f"{'round trip p50, stack and simulated drives, us':<44} {common.spread(whole)}")
-    print(f"{'frames a second, TCP bus, client to client':<44} {common.spread(ours)}")
-    print(f"{'frames a second, python-can virtual bus':<44} {common.spread(theirs)}")
-    print(f"{'CPU seconds for a second of the loop at 1 kHz':<44} {common.spread(cpu)}")
-    print()
-    print(f"the whole round trip takes {common.ratio(whole, bare):.2f} times the bare echo's (aim: at most 1.30); {missed} periods missed")
-    print(f"the TCP bus carries {common.ratio(ours, theirs):.1f} times the frames of python-can's virtual bus")
-    print(f"a second of the loop at 1 kHz takes {100 * statistics.median(cpu):.1f} % of a core")
+    rows = [
+        Row("round trip, times that of a bare echo", ratios(whole, bare), at_most=1.3),
+        Row("frames a second, times python-can's virtual bus", ratios(ours, theirs)),
+    ]
+    figures = [
+        Row("round trip p50 of a bare echo", bare, "us"),
+        Row("round trip p50 through stack and simulated drives", whole, "us"),
+        Row(f"periods missed in {SECONDS} s", missed),
+        Row("TCP bus, client to client", ours, "frames/s"),
+        Row("python-can's virtual bus, in one process", theirs, "frames/s"),
+        Row("CPU time of a second of the loop at 1 kHz", cpu, "s"),
+    ]
+    how = (
+        f"The TCP bus on loopback; round trips from SYNC to the last feedback at T = {PERIOD_US / 1000:.0f} ms, {SECONDS} s a"
+        " turn, between `canloop drive` and `hil-sim serve` by the clock."
+    )
+    return Section("bus", how, rows, figures)

@@ -1,45 +1,51 @@
-"""What all benchmarks share: builds, free ports, figures."""
+"""What all benchmarks share: builds, processes and their cost, free ports."""
 
 import os
 import pathlib
-import platform
 import socket
-import statistics
 import subprocess
 import sys
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release"
+HIL_SIM, CANLOOP = TARGET / "hil-sim", TARGET / "canloop"
+PYTHON = ROOT / "scripts/python"
 
 
-def build(*arguments):
-    subprocess.run(["cargo", "build", "--release", "--locked", *arguments], cwd=ROOT, check=True)
+def build():
+    """The programs as they are shipped, and the examples that measure parts of them."""
+    examples = ["--example", "bus_bench", "--example", "log_bench"]
+    subprocess.run(["cargo", "build", "--release", "--locked", "--workspace", "--bins", *examples], cwd=ROOT, check=True)
 
 
-def processor():
-    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.partition(":")[2].strip()
-    return platform.processor()
+def spend(command, core=None):
+    """Runs a program to its end, on this core alone if one is given: seconds that
+    passed, and what it used."""
+    pinned = None if core is None else lambda: os.sched_setaffinity(0, {core})
+    before = time.perf_counter()
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, preexec_fn=pinned)
+    _, status, usage = os.wait4(process.pid, 0)
+    elapsed_s = time.perf_counter() - before
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode != 0:
+        raise SystemExit(f"scripts/bench: {' '.join(map(str, command))} ended with {process.returncode}")
+    return elapsed_s, usage
 
 
-def machine():
-    return f"{processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}"
+def told(command, core=None):
+    """What a program prints."""
+    pinned = None if core is None else lambda: os.sched_setaffinity(0, {core})
+    return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, preexec_fn=pinned).stdout
+
+
+def last_core():
+    return max(os.sched_getaffinity(0))
 
 
 def free_port():
     with socket.create_server(("127.0.0.1", 0)) as server:
         return server.getsockname()[1]
-
-
-def spread(values):
-    """Median, least and most as text."""
-    return f"{statistics.median(values):>10.4g} {min(values):>10.4g} {max(values):>10.4g}"
-
-
-def ratio(over, under):
-    """The median of the ratios of turns, which one machine had in one minute."""
-    return statistics.median(a / b for a, b in zip(over, under))
 
 
 def progress(text):
