@@ -101,13 +101,15 @@ fn a_run_that_will_not_do_is_a_row_and_no_end() {
 
 #[test]
 fn what_is_wrong_with_a_sweep_is_said_before_anything_is_run() {
-    let cases: [(String, &[&str], &str); 8] = [
+    let cases: [(String, &[&str], &str); 10] = [
         (PLAN.replace("period_s\"", "perriod_s\""), &[], "perriod_s"),
         (PLAN.replace("to = 160", "to = 0"), &[], "found an empty range"),
         (PLAN.replace("count = 3", "count = 1"), &[], "count"),
         (PLAN.replace("values = [0.005, 0.01]", "values = []"), &[], "found no value"),
         (PLAN.replace("values = [0.005, 0.01]", "uniform = [0.005, 0.01]"), &[], "may be any number, on a grid"),
         (PLAN.replace("values = [0.005, 0.01]", "nothing = 1"), &[], "expected one of values"),
+        (PLAN.replace("robot.load.mass_kg", "seed"), &[], "expected `seeds = N`"),
+        (PLAN.replace("robot.load.mass_kg", "period_s"), &[], "found `period_s` a second time"),
         (PLAN.to_owned(), &["--shard", "0/4"], "expected I/N"),
         (PLAN.to_owned(), &["--shard", "5/4"], "expected I/N"),
     ];

@@ -21,6 +21,7 @@ FIXED = {
     "tracking.final_m": "double",
     "tracking.final_heading_rad": "double",
     "tracking.max_after_30s_m": "double",
+    "tracking.travelled_m": "double",
     "torque.max_nm": "double",
     "torque.chatter_nm": "double",
     "bus.frames": "int64",

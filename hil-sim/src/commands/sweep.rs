@@ -34,6 +34,9 @@ A plan names a scenario and what is varied:
   [[vary]]
   key = \"period_s\"
   values = [0.002, 0.005, 0.01]
+  [[map]]                                    drawn in map.svg and report.html
+  x = \"robot.load.mass_kg\"
+  y = \"period_s\"
 
 results.csv has a row a run, in their order: what was varied, the figures of its
 summary, and what went wrong, if anything did. results.parquet has the same rows

@@ -81,7 +81,15 @@ impl Plan {
                 if method == "random" { Method::Random(samples) } else { Method::LatinHypercube(samples) }
             }
         };
-        let axes: Vec<Axis> = root.sections("vary").iter().map(Axis::read).collect();
+        let varied = root.sections("vary");
+        let axes: Vec<Axis> = varied.iter().map(Axis::read).collect();
+        for (nth, axis) in axes.iter().enumerate() {
+            if axis.key == "seed" {
+                varied[nth].complain("key", "found `seed`, expected `seeds = N` beside `name`, for the seeds 1 to N");
+            } else if axes[..nth].iter().any(|other| other.key == axis.key) {
+                varied[nth].complain("key", &format!("found `{}` a second time, expected each key once", axis.key));
+            }
+        }
         if axes.is_empty() {
             root.complain("vary", "found nothing to vary, expected at least one [[vary]]");
         }
