@@ -56,7 +56,7 @@ fn dbc_text() {
     let mut seeds = seeds_in(&root.join("tests/fuzz/seeds/dbc"));
     seeds.extend(seeds_in(&root.join("tests/dbc")));
     seeds.push(std::fs::read(root.join("dbc/sim.dbc")).expect("a seed"));
-    Target { name: "dbc_text", seeds, words: &WORDS }.fuzz(|input| {
+    Target { name: "dbc_text", seeds, words: &WORDS, share: 1.0 }.fuzz(|input| {
         let source = Source::new("fuzz.dbc", String::from_utf8_lossy(input));
         let (dbc, findings) = Dbc::check(&source);
         let _ = dbc.markdown_table();

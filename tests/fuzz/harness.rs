@@ -24,13 +24,15 @@ pub struct Target<'t> {
     pub seeds: Vec<Vec<u8>>,
     /// Words that mean something to it.
     pub words: &'t [&'t str],
+    /// How much of the time it takes: less where it is one of many of its sort.
+    pub share: f64,
 }
 
 impl Target<'_> {
     /// Runs `run` on inputs until the time is over. It must not panic; what it
     /// returns tells kinds of outcomes apart.
     pub fn fuzz(self, run: impl Fn(&[u8]) -> u64) {
-        let seconds = environment("CANLOOP_FUZZ_SECONDS").unwrap_or(SECONDS);
+        let seconds = self.share * environment("CANLOOP_FUZZ_SECONDS").unwrap_or(SECONDS);
         let seed = environment("CANLOOP_FUZZ_SEED").unwrap_or_else(seed_of_the_moment);
         let mut chance = Chance(seed);
         let mut seen = BTreeSet::new();

@@ -110,7 +110,7 @@ fn fuzz(name: &str, format: Format) {
     let folder = tempfile::tempdir().expect("a folder");
     let mut seeds = seeds_in(&root.join("tests/fuzz/seeds/logs"));
     seeds.extend(written_seeds(&seeds, folder.path()));
-    Target { name, seeds, words: &WORDS }.fuzz(|input| {
+    Target { name, seeds, words: &WORDS, share: 1.0 / 3.0 }.fuzz(|input| {
         let reading = traffic::read(Cursor::new(input.to_vec()), Path::new("fuzz"), Some(format));
         let (_, mut reader) = reading.expect("a reader");
         let (mut kinds, mut records, mut most_lines) = (0, Vec::new(), input.len() as u64 + 2);

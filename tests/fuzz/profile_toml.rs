@@ -41,7 +41,7 @@ fn profile_toml() {
     let mut seeds = seeds_in(&root.join("tests/fuzz/seeds/profile"));
     seeds.push(std::fs::read(root.join("dbc/wheel_drive.toml")).expect("a seed"));
     let dbc = Source::new("wheel_drive.dbc", include_str!("../../dbc/wheel_drive.dbc"));
-    Target { name: "profile_toml", seeds, words: &WORDS }.fuzz(|input| {
+    Target { name: "profile_toml", seeds, words: &WORDS, share: 1.0 }.fuzz(|input| {
         let parsed = Document::parse("fuzz.toml", String::from_utf8_lossy(input))
             .map_err(Problems::from)
             .and_then(|document| Profile::parse(&document, &dbc));

@@ -108,7 +108,7 @@ const RECENT: usize = 16;
 fn frames_into_the_drives() {
     let drives = ShippedDrives::load();
     let seeds = seeds_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/seeds/drives"));
-    Target { name: "frames_into_the_drives", seeds, words: &WORDS }.fuzz(|input| {
+    Target { name: "frames_into_the_drives", seeds, words: &WORDS, share: 1.0 }.fuzz(|input| {
         let text = String::from_utf8_lossy(input);
         let script = Script::read(&text);
         let scenario = drives.chosen_by(&script);

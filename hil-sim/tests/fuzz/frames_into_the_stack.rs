@@ -102,7 +102,7 @@ const RECENT: usize = 16;
 fn frames_into_the_stack() {
     let drives = ShippedDrives::load();
     let seeds = seeds_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/seeds/stack"));
-    Target { name: "frames_into_the_stack", seeds, words: &WORDS }.fuzz(|input| {
+    Target { name: "frames_into_the_stack", seeds, words: &WORDS, share: 1.0 }.fuzz(|input| {
         let text = String::from_utf8_lossy(input);
         let script = Script::read(&text);
         let scenario = drives.chosen_by(&script);
