@@ -23,10 +23,8 @@ impl FramesHash {
     /// Takes the next frame.
     pub fn take(&mut self, at: Instant, frame: &Frame) {
         let marked_id = frame.id.raw() | u32::from(frame.id.is_extended()) << 31;
-        let mut head = [0; 12];
-        head[..8].copy_from_slice(&at.as_nanos().to_le_bytes());
-        head[8..].copy_from_slice(&marked_id.to_le_bytes());
-        self.block.extend_from_slice(&head);
+        self.block.extend_from_slice(&at.as_nanos().to_le_bytes());
+        self.block.extend_from_slice(&marked_id.to_le_bytes());
         self.block.extend_from_slice(frame.payload());
         if self.block.len() >= BLOCK_BYTES {
             self.hasher.update(&self.block);

@@ -10,10 +10,8 @@ use crate::frame::{CanId, Frame, FrameKind};
 /// the inter-frame space (3) that must pass before the next frame.
 const TRAILER: u32 = 1 + 1 + 1 + 7 + 3;
 
-/// Remainders of CRC-15, polynomial 0x4599, by the number of bytes that follow and
-/// the byte: so the bytes of a frame are looked up without waiting for each other.
-const CRC15: [[u16; 256]; LANES] = crc15_tables();
-const LANES: usize = 8;
+/// Remainders of CRC-15, polynomial 0x4599.
+const CRC15: [u16; 256] = crc15_table();
 /// By run and byte: how many bits to insert, and the run after them.
 const STUFFING: [[Step; 256]; 8] = stuffing_table();
 
@@ -49,7 +47,7 @@ pub fn data_phase_bits(frame: &Frame) -> u32 {
 
 fn classic_bits(frame: &Frame, data: &[u8]) -> u32 {
     let header = Header::classic(frame);
-    let crc = data.chunks(LANES).fold(header.crc15(), crc15);
+    let crc = data.iter().fold(header.crc15(), |crc, &byte| crc15(crc, byte));
     let mut stuffer = Stuffer::new();
     stuffer.header(&header);
     stuffer.bytes(data);
@@ -105,7 +103,7 @@ impl Header {
     fn crc15(&self) -> u16 {
         // Leading zeros leave the remainder 0.
         let bytes = self.bits.to_be_bytes();
-        crc15(0, &bytes[8 - self.byte_count()..])
+        bytes[8 - self.byte_count()..].iter().fold(0, |crc, &byte| crc15(crc, byte))
     }
 
     fn byte_count(&self) -> usize {
@@ -127,17 +125,8 @@ fn fd_length_code(len: usize) -> u64 {
     }
 }
 
-/// The remainder after up to [`LANES`] more bytes.
-fn crc15(crc: u16, bytes: &[u8]) -> u16 {
-    // It lies over the first byte and seven bits of the second, if there is one.
-    let over = [(crc >> 7) as u8, (crc << 1) as u8];
-    let beyond = match bytes.len() {
-        0 => return crc,
-        1 => crc << 8 & 0x7FFF,
-        _ => 0,
-    };
-    let lanes = CRC15[..bytes.len()].iter().rev().zip(bytes).enumerate();
-    lanes.fold(beyond, |sum, (nth, (table, byte))| sum ^ table[usize::from(byte ^ over.get(nth).unwrap_or(&0))])
+fn crc15(crc: u16, byte: u8) -> u16 {
+    (crc << 8 ^ CRC15[usize::from(crc >> 7 ^ u16::from(byte))]) & 0x7FFF
 }
 
 /// Sends bits and counts those that it has to insert.
@@ -225,24 +214,20 @@ const fn stuffing_table() -> [[Step; 256]; 8] {
     table
 }
 
-const fn crc15_tables() -> [[u16; 256]; LANES] {
-    let mut tables = [[0; 256]; LANES];
-    let mut following = 0;
-    while following < LANES {
-        let mut byte = 0;
-        while byte < 256 {
-            let mut crc = if following == 0 { (byte as u16) << 7 } else { tables[following - 1][byte] };
-            let mut bit = 0;
-            while bit < 8 {
-                crc = crc << 1 ^ if crc & 0x4000 != 0 { 0x4599 } else { 0 };
-                bit += 1;
-            }
-            tables[following][byte] = crc & 0x7FFF;
-            byte += 1;
+const fn crc15_table() -> [u16; 256] {
+    let mut table = [0; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let mut crc = (byte as u16) << 7;
+        let mut bit = 0;
+        while bit < 8 {
+            crc = crc << 1 ^ if crc & 0x4000 != 0 { 0x4599 } else { 0 };
+            bit += 1;
         }
-        following += 1;
+        table[byte] = crc & 0x7FFF;
+        byte += 1;
     }
-    tables
+    table
 }
 
 #[cfg(test)]
@@ -252,10 +237,7 @@ mod tests {
     #[test]
     fn the_check_value_of_the_catalogue_comes_out() {
         // CRC-15/CAN in the catalogue of parametrised CRC algorithms.
-        for cut in 1..=8 {
-            let (first, rest) = b"123456789".split_at(cut);
-            assert_eq!(crc15(crc15(0, first), rest), 0x059E, "in two parts, the first of {cut} bytes");
-        }
+        assert_eq!(b"123456789".iter().fold(0, |crc, &byte| crc15(crc, byte)), 0x059E);
     }
 
     #[test]

@@ -1,7 +1,5 @@
 //! The outside of a message: its id, length and checksum.
 
-use std::sync::Arc;
-
 use super::checksum::Crc8;
 use super::decode_error::DecodeError;
 use crate::frame::{CanId, Frame, FrameKind};
@@ -19,7 +17,7 @@ pub(super) struct Envelope {
 /// A CRC and what it covers.
 #[derive(Clone, Debug)]
 pub(super) struct CrcRule {
-    pub crc: Arc<Crc8>,
+    pub crc: Crc8,
     /// Bytes of the id, low byte first, before the payload.
     pub id_bytes: usize,
     /// Whether the payload is taken from its end to its beginning.

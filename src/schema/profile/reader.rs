@@ -1,7 +1,5 @@
 //! From a profile's TOML to the roles of its DBC's messages.
 
-use std::sync::Arc;
-
 use super::words::{
     ACTS, APPLIED, ASKS, COMMAND_KEYS, FAULT_KEYS, FEEDBACK_KEYS, HEARTBEAT_KEYS, ROUNDINGS, SYNC_KEYS,
 };
@@ -282,7 +280,7 @@ fn crc(root: &Section<'_>) -> Option<CrcRule> {
     let section = root.section("crc");
     let byte = |key| section.integer(key, 0, 0xFF) as u8;
     Some(CrcRule {
-        crc: Arc::new(Crc8::new(byte("polynomial"), byte("initial"), byte("final_xor"))),
+        crc: Crc8::new(byte("polynomial"), byte("initial"), byte("final_xor")),
         id_bytes: section.integer("id_bytes", 0, 4) as usize,
         is_reversed: section.choice("order", &[("first to last", false), ("last to first", true)], false),
     })
