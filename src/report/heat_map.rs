@@ -65,7 +65,7 @@ const LEFT_PX: f64 = 92.0;
 const TOP_PX: f64 = 62.0;
 const BELOW_PX: f64 = 76.0;
 const LEGEND_PX: f64 = 130.0;
-const GAP_PX: f64 = 18.0;
+const GAP_PX: f64 = 36.0;
 /// Sides of a cell, and what all panels may take beside each other.
 const LEAST_CELL_PX: f64 = 12.0;
 const MOST_CELL_PX: f64 = 26.0;
