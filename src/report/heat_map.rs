@@ -64,7 +64,7 @@ impl MapCell {
 const LEFT_PX: f64 = 92.0;
 const TOP_PX: f64 = 62.0;
 const BELOW_PX: f64 = 76.0;
-const LEGEND_PX: f64 = 130.0;
+const LEGEND_PX: f64 = 116.0;
 const GAP_PX: f64 = 36.0;
 /// Sides of a cell, and what all panels may take beside each other.
 const LEAST_CELL_PX: f64 = 12.0;
@@ -89,7 +89,7 @@ impl HeatMap {
 
     /// Writes the map as one `svg` element, with a style sheet of its own if given.
     pub(super) fn write(&self, out: &mut Markup, style: Option<&str>) {
-        let width = LEFT_PX + self.panel_left_px(self.panels.len()) - GAP_PX + LEGEND_PX;
+        let width = LEFT_PX + self.panel_left_px(self.panels.len()) + LEGEND_PX;
         let (w, h) = (px(width), px(TOP_PX + self.height_px() + BELOW_PX));
         let view = format!("0 0 {w} {h}");
         out.open(
