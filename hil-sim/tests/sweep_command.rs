@@ -149,6 +149,10 @@ fn a_plan_says_what_is_drawn_of_it() {
     std::fs::remove_file(rig.path("sweeps/small/map.svg")).expect("a picture");
     rig.hil_sim(&["map", "sweeps/small"]).expect_status(0);
     assert_eq!(text(&rig, "sweeps/small/map.svg"), svg, "the same, drawn later");
+    let few: Vec<String> = text(&rig, "sweeps/small/results.csv").lines().take(3).map(str::to_owned).collect();
+    rig.write("sweeps/small/few.csv", &format!("{}\n", few.join("\n")));
+    rig.hil_sim(&["map", "sweeps/small/few.csv"]).expect_status(0);
+    assert!(text(&rig, "sweeps/small/report.html").contains("2 runs of dac-friction"), "the file that was named");
     rig.write("small.toml", &format!("{PLAN}{}", map.replace("\"period_s\"", "\"period\"")));
     let run = sweep(&rig, &["--out", "other"]).expect_status(2);
     assert!(run.stderr.contains("did you mean period_s?"), "{}", run.stderr);

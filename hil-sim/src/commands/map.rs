@@ -74,31 +74,28 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 
 /// Draws what the plan beside the results asks for.
 fn draw_planned(results: &Path) -> Result<ExitCode, Failure> {
-    let folder = results.parent().unwrap_or(Path::new(""));
-    let path = folder.join(PLAN);
-    let plan = std::fs::read_to_string(&path).ok().and_then(|text| Plan::parse(&text));
+    let plan = std::fs::read_to_string(results.with_file_name(PLAN)).ok().and_then(|text| Plan::parse(&text));
     let Some(plan) = plan.filter(|plan| !plan.maps.is_empty()) else {
         let what = format!("{} has no plan beside it that says what to draw", results.display());
         return Err(Problem::bare(what).help("say it with --x KEY --y KEY").into());
     };
-    write_maps(&plan, folder)?;
+    write_maps(&plan, results)?;
     Ok(ExitCode::from(HELD))
 }
 
-/// Draws the maps that a plan asks for beside the results in a folder: each as a
-/// picture, and a page with all of them.
-pub(super) fn write_maps(plan: &Plan, folder: &Path) -> Result<(), Failure> {
-    let results = folder.join(FILE);
+/// Draws the maps that a plan asks for beside its results: each as a picture, and a
+/// page with all of them.
+pub(super) fn write_maps(plan: &Plan, results: &Path) -> Result<(), Failure> {
     let maps: Vec<HeatMap> =
-        plan.maps.iter().map(|axes| map(&results, axes)).collect::<Result<_, _>>().map_err(Problem::bare)?;
+        plan.maps.iter().map(|axes| map(results, axes)).collect::<Result<_, _>>().map_err(Problem::bare)?;
     for (nth, map) in maps.iter().enumerate() {
         let number = if maps.len() == 1 { String::new() } else { format!("-{}", nth + 1) };
-        let path = folder.join(format!("map{number}.svg"));
+        let path = results.with_file_name(format!("map{number}.svg"));
         write_file(&path, &map.to_svg())?;
         say(format_args!("written          {}", path.display()));
     }
-    let path = folder.join("report.html");
-    write_file(&path, &page(plan, &results, maps).map_err(Problem::bare)?.to_html())?;
+    let path = results.with_file_name("report.html");
+    write_file(&path, &page(plan, results, maps).map_err(Problem::bare)?.to_html())?;
     say(format_args!("written          {}", path.display()));
     Ok(())
 }

@@ -107,7 +107,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     say(format_args!("written          {}", folder.join(FILE).display()));
     write_parquet(&folder, &plan)?;
     if shard == Shard::WHOLE && !plan.maps.is_empty() && !is_ended {
-        super::map::write_maps(&plan, &folder)?;
+        super::map::write_maps(&plan, &folder.join(FILE))?;
     }
     Ok(ExitCode::from(if is_ended { INTERRUPTED } else { HELD }))
 }
