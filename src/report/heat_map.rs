@@ -3,7 +3,7 @@
 
 use super::markup::Markup;
 use super::scale::decimal;
-use super::svg::px;
+use super::svg::{px, text};
 
 /// Heat maps side by side, with the same keys and the same colours.
 ///
@@ -240,10 +240,6 @@ impl HeatMap {
             values.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), value| (low.min(value), high.max(value)));
         (low <= high).then_some((low, high))
     }
-}
-
-fn text(out: &mut Markup, class: &str, (x, y): (f64, f64), text: &str) {
-    out.leaf("text", &[("class", class), ("x", &px(x)), ("y", &px(y))], text);
 }
 
 fn line(out: &mut Markup, class: &str, from: (f64, f64), to: (f64, f64)) {

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use parquet::basic::{LogicalType, Repetition, Type as PhysicalType};
-use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::writer::SerializedColumnWriter;
 use parquet::schema::types::Type;
@@ -88,26 +88,24 @@ impl Cells {
     pub fn write(&mut self, mut writer: SerializedColumnWriter<'_>) -> Result<(), ParquetError> {
         let filled = self.column.may_be_empty.then_some(&self.filled[..]);
         match &mut self.values {
-            Values::Whole(values) => {
-                writer.typed::<Int64Type>().write_batch(values, filled, None)?;
-                values.clear();
-            }
-            Values::Number(values) => {
-                writer.typed::<DoubleType>().write_batch(values, filled, None)?;
-                values.clear();
-            }
-            Values::Truth(values) => {
-                writer.typed::<BoolType>().write_batch(values, filled, None)?;
-                values.clear();
-            }
-            Values::Words(values) => {
-                writer.typed::<ByteArrayType>().write_batch(values, filled, None)?;
-                values.clear();
-            }
+            Values::Whole(values) => write_all::<Int64Type>(&mut writer, values, filled)?,
+            Values::Number(values) => write_all::<DoubleType>(&mut writer, values, filled)?,
+            Values::Truth(values) => write_all::<BoolType>(&mut writer, values, filled)?,
+            Values::Words(values) => write_all::<ByteArrayType>(&mut writer, values, filled)?,
         }
         self.filled.clear();
         writer.close()
     }
+}
+
+fn write_all<T: DataType>(
+    writer: &mut SerializedColumnWriter<'_>,
+    values: &mut Vec<T::T>,
+    filled: Option<&[i16]>,
+) -> Result<(), ParquetError> {
+    writer.typed::<T>().write_batch(values, filled, None)?;
+    values.clear();
+    Ok(())
 }
 
 fn push<T: FromStr>(values: &mut Vec<T>, cell: &str) -> Option<()> {
