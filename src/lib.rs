@@ -30,6 +30,7 @@ pub mod control;
 pub mod estimator;
 pub mod event;
 pub mod exchange;
+pub mod fifo;
 pub mod frame;
 pub mod live;
 pub mod log;

@@ -13,12 +13,11 @@
 //! first thing that leaves in the next period. So a torque acts exactly one
 //! period after the positions it was made from, whatever the host's jitter.
 
-use std::collections::VecDeque;
-
 use crate::control::{Controller, Decision, Measured, Sampling};
 use crate::estimator::{Estimator, Sample};
 use crate::event::{Event, Notice, SyncEvent, Tick};
 use crate::exchange::Exchange;
+use crate::fifo::Fifo;
 use crate::frame::Frame;
 use crate::odometry::Odometry;
 use crate::path::Path;
@@ -84,8 +83,8 @@ pub struct Stack {
     origin_rad: Wheels<f64>,
     measured: Measured,
     decision: Decision,
-    frames: VecDeque<Frame>,
-    events: VecDeque<Event>,
+    frames: Fifo<Frame>,
+    events: Fifo<Event>,
     /// Whether to tell what goes in and comes out.
     tells_exchange: bool,
 }
@@ -126,8 +125,8 @@ impl Stack {
             measured: Measured::default(),
             decision: Decision::default(),
             // A period makes a handful of frames and of events.
-            frames: VecDeque::with_capacity(64),
-            events: VecDeque::with_capacity(32),
+            frames: Fifo::with_capacity(64),
+            events: Fifo::with_capacity(32),
             tells_exchange: false,
         }
     }
@@ -191,7 +190,7 @@ impl Stack {
         self.awaiting_feedback = true;
         self.oddities_left = ODDITIES_A_PERIOD;
         let reference = self.controller.reference().pose;
-        self.events.push_back(Event::Sync(SyncEvent { tick: self.ticks, reference }));
+        self.events.push(Event::Sync(SyncEvent { tick: self.ticks, reference }));
         self.ticks += 1;
     }
 
@@ -233,14 +232,14 @@ impl Stack {
 
     /// The next frame to send.
     pub fn poll_transmit(&mut self) -> Option<Frame> {
-        let frame = self.frames.pop_front()?;
+        let frame = self.frames.pop()?;
         self.told_exchange(Exchange::Sent(frame));
         Some(frame)
     }
 
     /// The next thing that happened.
     pub fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     /// When it next wants [`Self::handle_wakeup`].
@@ -260,7 +259,7 @@ impl Stack {
 
     fn told_exchange(&mut self, exchange: Exchange) {
         if self.tells_exchange {
-            self.events.push_back(Event::Exchange(exchange));
+            self.events.push(Event::Exchange(exchange));
         }
     }
 
@@ -397,7 +396,7 @@ impl Stack {
     }
 
     fn notice(&mut self, kind: &'static str, text: &'static str) {
-        self.events.push_back(Event::Notice(Notice { kind, text }));
+        self.events.push(Event::Notice(Notice { kind, text }));
     }
 
     fn note_oddity(&mut self, kind: &'static str, text: &'static str) {
@@ -408,13 +407,13 @@ impl Stack {
     }
 
     fn send(&mut self, message: &Message) {
-        self.frames.push_back(self.profile.encode(message));
+        self.frames.push(self.profile.encode(message));
     }
 
     fn tell_tick(&mut self, torque_wanted_nm: Wheels<f64>, torque_sent_nm: Wheels<f64>) {
         let reference = self.controller.reference();
         let target = &self.decision.target;
-        self.events.push_back(Event::Tick(Tick {
+        self.events.push(Event::Tick(Tick {
             tick: self.ticks - 1,
             state: self.chain.state().code(),
             reference: reference.pose,

@@ -87,8 +87,6 @@ struct Bench<'s, S> {
     stack: Stack,
     far_side: FarSide,
     sink: &'s mut S,
-    /// Events of the stack that wait until what happened before is told.
-    told_by_stack: Vec<Event>,
     /// The stack's time: that of the period which it began last.
     now: Instant,
     /// Where the path wanted the robot at the last SYNC sent.
@@ -112,7 +110,6 @@ impl<'s, S: Sink> Bench<'s, S> {
             stack,
             far_side: FarSide::new(scenario, rates, start),
             sink,
-            told_by_stack: Vec::with_capacity(16),
             now: start,
             reference: scenario.stack.controller.path.start(),
             truth: None,
@@ -142,14 +139,12 @@ impl<'s, S: Sink> Bench<'s, S> {
     }
 
     /// One period: the stack wakes up, the far side makes a step, the stack
-    /// takes what came of it.
+    /// takes what came of it. What it has to say waits until what happened
+    /// before is told.
     fn step(&mut self) {
         let now = self.stack.next_wakeup();
         self.now = now;
         self.stack.handle_wakeup(now);
-        while let Some(event) = self.stack.poll_event() {
-            self.told_by_stack.push(event);
-        }
         self.hand_over();
         while self.far_side.peek().is_some_and(|at| at < now) {
             self.take_happening();
@@ -167,11 +162,8 @@ impl<'s, S: Sink> Bench<'s, S> {
                 if !crossed.sent_by_stack {
                     // In lock-step nothing moves between two beginnings.
                     self.stack.handle_frame(self.now, &crossed.frame);
-                    while let Some(event) = self.stack.poll_event() {
-                        self.told_by_stack.push(event);
-                    }
-                    self.tell(at);
                     self.hand_over();
+                    self.tell(at);
                 }
             }
             Some((at, Happening::Synced(synced))) => {
@@ -195,9 +187,6 @@ impl<'s, S: Sink> Bench<'s, S> {
     fn end_step(&mut self, at: Instant, state: ControllerState) {
         if state == ControllerState::BusOff {
             self.stack.trip(Reason::BusOff);
-            while let Some(event) = self.stack.poll_event() {
-                self.told_by_stack.push(event);
-            }
             self.tell(at);
         }
     }
@@ -210,9 +199,6 @@ impl<'s, S: Sink> Bench<'s, S> {
         if mark.has_begun {
             planned.operator().into_iter().for_each(|wish| self.stack.operate(wish));
             planned.new_path().into_iter().for_each(|path| self.stack.follow(path.clone(), mark.event));
-            while let Some(event) = self.stack.poll_event() {
-                self.told_by_stack.push(event);
-            }
         }
     }
 
@@ -224,7 +210,7 @@ impl<'s, S: Sink> Bench<'s, S> {
     }
 
     fn tell(&mut self, at: Instant) {
-        for event in self.told_by_stack.drain(..) {
+        while let Some(event) = self.stack.poll_event() {
             if let Event::Sync(sync) = &event {
                 self.reference = sync.reference;
             }

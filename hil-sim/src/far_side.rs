@@ -12,10 +12,9 @@
 //! The plant moves on by one period in each step, whatever becomes of frames:
 //! when the first of those that begin a period arrives, or else at the end.
 
-use std::collections::VecDeque;
-
 use canloop::bus::{BitRates, ControllerState};
 use canloop::event::{BusFrame, Mark, Notice};
+use canloop::fifo::Fifo;
 use canloop::frame::Frame;
 use canloop::time::{Duration, Instant};
 use canloop::wheels::{Wheel, Wheels};
@@ -40,7 +39,7 @@ pub struct FarSide {
     to_come: u32,
     /// Whether the plant has moved on in this step.
     has_moved_on: bool,
-    happenings: VecDeque<(Instant, Happening)>,
+    happenings: Fifo<(Instant, Happening)>,
     timeline: Timeline,
 }
 
@@ -102,7 +101,7 @@ impl FarSide {
             is_in_step: false,
             to_come: 0,
             has_moved_on: true,
-            happenings: VecDeque::with_capacity(32),
+            happenings: Fifo::with_capacity(32),
         }
     }
 
@@ -172,7 +171,7 @@ impl FarSide {
         self.send_what_drives_say();
         self.tell_changes();
         let state = self.wire.confinement(Node::Stack).state();
-        self.happenings.push_back((self.now, Happening::Answered(state)));
+        self.happenings.push((self.now, Happening::Answered(state)));
     }
 
     /// Lets what is on the wire cross it, up to the moment at which the next
@@ -183,7 +182,7 @@ impl FarSide {
 
     /// The next thing that happened, in order of time.
     pub fn poll(&mut self) -> Option<(Instant, Happening)> {
-        self.happenings.pop_front()
+        self.happenings.pop()
     }
 
     /// When the next thing to be polled happened.
@@ -245,7 +244,7 @@ impl FarSide {
         let is_heard = sent_by_stack || heard_by.contains(Node::Stack);
         let frame = crossing.as_heard_by(Node::Stack).unwrap_or(crossing.frame);
         let crossed = BusFrame { bus: 0, sent_by_stack, frame };
-        self.happenings.push_back((at, if is_heard { Happening::Frame(crossed) } else { Happening::Unheard(crossed) }));
+        self.happenings.push((at, if is_heard { Happening::Frame(crossed) } else { Happening::Unheard(crossed) }));
         self.tell_changes();
         // Drives do not listen to each other.
         if sent_by_stack || sender == Node::Intruder {
@@ -279,7 +278,7 @@ impl FarSide {
             torque_nm: self.robot.torque_applied_nm(),
             path_began: self.robot.path_began(),
         };
-        self.happenings.push_back((at, Happening::Synced(synced)));
+        self.happenings.push((at, Happening::Synced(synced)));
         self.let_events_happen(at);
     }
 
@@ -288,14 +287,14 @@ impl FarSide {
     fn let_events_happen(&mut self, at: Instant) {
         let Self { timeline, robot, wire, happenings, now, .. } = self;
         let t_s = (robot.ticks() - 1) as f64 * self.period.as_secs_f64();
-        let tell = |mark| happenings.push_back((at, Happening::Marked(mark)));
+        let tell = |mark| happenings.push((at, Happening::Marked(mark)));
         timeline.go_on(t_s, &mut Stage { robot, wire, now: *now }, tell);
     }
 
     fn tell_changes(&mut self) {
         while let Some(change) = self.wire.poll_change() {
             if change.node == Node::Stack {
-                self.happenings.push_back((self.now, Happening::Controller(change.state)));
+                self.happenings.push((self.now, Happening::Controller(change.state)));
             }
         }
     }

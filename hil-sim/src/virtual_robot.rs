@@ -6,8 +6,7 @@
 //! much as it is told, so nothing depends on when exactly the frames of a
 //! period crossed. By the clock it is moved on whenever something happens.
 
-use std::collections::VecDeque;
-
+use canloop::fifo::Fifo;
 use canloop::frame::Frame;
 use canloop::schema::{Acts, Asks, DriveState, FaultCode, Feedback, Message, Profile};
 use canloop::time::{Duration, Instant};
@@ -41,7 +40,7 @@ pub struct VirtualRobot {
     next_feedback: Instant,
     /// By what share the drives' own clocks run too slow.
     clock_drift: f64,
-    frames: VecDeque<(Wheel, Frame)>,
+    frames: Fifo<(Wheel, Frame)>,
 }
 
 impl VirtualRobot {
@@ -63,7 +62,7 @@ impl VirtualRobot {
             next_feedback: cycle.map_or(Instant::MAX, |cycle| start + Duration::from_nanos(cycle.as_nanos() / 4)),
             clock_drift: 0.0,
             profile,
-            frames: VecDeque::with_capacity(64),
+            frames: Fifo::with_capacity(64),
         }
     }
 
@@ -173,7 +172,7 @@ impl VirtualRobot {
 
     /// The next frame a drive sends.
     pub fn poll_transmit(&mut self) -> Option<(Wheel, Frame)> {
-        self.frames.pop_front()
+        self.frames.pop()
     }
 
     /// Periods begun.
@@ -385,13 +384,13 @@ impl VirtualRobot {
 
     fn send_both(&mut self, messages: Wheels<Message>, is_shared: bool) {
         if is_shared {
-            self.frames.push_back((Wheel::Right, self.profile.encode_shared(&messages)));
+            self.frames.push((Wheel::Right, self.profile.encode_shared(&messages)));
         } else {
             Wheel::BOTH.into_iter().for_each(|wheel| self.send(wheel, messages[wheel]));
         }
     }
 
     fn send(&mut self, wheel: Wheel, message: Message) {
-        self.frames.push_back((wheel, self.profile.encode(&message)));
+        self.frames.push((wheel, self.profile.encode(&message)));
     }
 }

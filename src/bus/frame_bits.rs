@@ -47,10 +47,13 @@ pub fn data_phase_bits(frame: &Frame) -> u32 {
 
 fn classic_bits(frame: &Frame, data: &[u8]) -> u32 {
     let header = Header::classic(frame);
-    let crc = data.iter().fold(header.crc15(), |crc, &byte| crc15(crc, byte));
+    let mut crc = header.crc15();
     let mut stuffer = Stuffer::new();
     stuffer.header(&header);
-    stuffer.bytes(data);
+    for &byte in data {
+        crc = crc15(crc, byte);
+        stuffer.byte(byte);
+    }
     // One bit more makes the CRC two bytes; opposite to the CRC's last it ends
     // every run and has nothing inserted after it.
     stuffer.bytes(&(crc << 1 | !crc & 1).to_be_bytes());
@@ -149,11 +152,14 @@ impl Stuffer {
     }
 
     fn bytes(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            let step = STUFFING[usize::from(self.run.0)][usize::from(byte)];
-            self.inserted += u32::from(step.inserted);
-            self.run = step.run;
-        }
+        bytes.iter().for_each(|&byte| self.byte(byte));
+    }
+
+    #[inline]
+    fn byte(&mut self, byte: u8) {
+        let step = STUFFING[usize::from(self.run.0)][usize::from(byte)];
+        self.inserted += step.inserted();
+        self.run = step.run();
     }
 }
 
@@ -163,11 +169,10 @@ impl Stuffer {
 #[derive(Clone, Copy)]
 struct Run(u8);
 
+/// How many bits are inserted, in bits 4 and 3, and the run after them below:
+/// in one byte, so that the table stays small beside all else that a loop needs.
 #[derive(Clone, Copy)]
-struct Step {
-    inserted: u8,
-    run: Run,
-}
+struct Step(u8);
 
 impl Run {
     const fn new(recessive: bool, length: u8) -> Self {
@@ -184,27 +189,41 @@ impl Run {
 
     const fn send(self, recessive: bool) -> Step {
         if recessive != self.level() {
-            Step { inserted: 0, run: Self::new(recessive, 1) }
+            Step::new(0, Self::new(recessive, 1))
         } else if self.length() == 4 {
-            Step { inserted: 1, run: Self::new(!recessive, 1) }
+            Step::new(1, Self::new(!recessive, 1))
         } else {
-            Step { inserted: 0, run: Self::new(recessive, self.length() + 1) }
+            Step::new(0, Self::new(recessive, self.length() + 1))
         }
     }
 }
 
+impl Step {
+    const fn new(inserted: u8, run: Run) -> Self {
+        Self(inserted << 3 | run.0)
+    }
+
+    const fn inserted(self) -> u32 {
+        self.0 as u32 >> 3
+    }
+
+    const fn run(self) -> Run {
+        Run(self.0 & 7)
+    }
+}
+
 const fn stuffing_table() -> [[Step; 256]; 8] {
-    let mut table = [[Step { inserted: 0, run: Run(0) }; 256]; 8];
+    let mut table = [[Step(0); 256]; 8];
     let mut run = 0;
     while run < 8 {
         let mut byte = 0;
         while byte < 256 {
-            let mut sum = Step { inserted: 0, run: Run(run as u8) };
+            let mut sum = Step::new(0, Run(run as u8));
             let mut bit = 8;
             while bit > 0 {
                 bit -= 1;
-                let step = sum.run.send(byte >> bit & 1 != 0);
-                sum = Step { inserted: sum.inserted + step.inserted, run: step.run };
+                let step = sum.run().send(byte >> bit & 1 != 0);
+                sum = Step((sum.0 & !7) + step.0);
             }
             table[run][byte] = sum;
             byte += 1;

@@ -100,7 +100,7 @@ impl Stack {
             Message::Command(wheel, Command { torque_nm: torque_nm[wheel], word, counter })
         });
         if self.profile.shares_command() {
-            self.frames.push_back(self.profile.encode_shared(&commands));
+            self.frames.push(self.profile.encode_shared(&commands));
         } else {
             self.send(&commands.right);
             self.send(&commands.left);

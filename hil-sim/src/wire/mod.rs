@@ -241,7 +241,7 @@ impl Wire {
     fn enqueue(&mut self, node: Node, queued: Queued) {
         let station = &mut self.stations[node as usize];
         if station.queue.len() < QUEUE_FRAMES {
-            station.queue.push_back(queued);
+            station.queue.push(queued);
             self.waiting = self.waiting.and(Nodes::only(node));
         } else {
             station.stats.lost += 1;
@@ -254,7 +254,7 @@ impl Wire {
     #[inline]
     fn dequeue(&mut self, node: Node) -> Option<Queued> {
         let queue = &mut self.stations[node as usize].queue;
-        let queued = queue.pop_front();
+        let queued = queue.pop();
         if queue.is_empty() {
             self.waiting = self.waiting.without(Nodes::only(node));
         }

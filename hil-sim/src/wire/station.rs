@@ -1,9 +1,8 @@
 //! A node as the wire keeps it: its transmit queue, its error counters, and
 //! what becomes of it off the bus.
 
-use std::collections::VecDeque;
-
 use canloop::bus::ControllerState;
+use canloop::fifo::Fifo;
 use canloop::frame::Frame;
 use canloop::time::{Duration, Instant};
 use serde::Serialize;
@@ -14,7 +13,7 @@ use super::confinement::Confinement;
 #[derive(Debug)]
 pub(super) struct Station {
     /// First in, first out.
-    pub queue: VecDeque<Queued>,
+    pub queue: Fifo<Queued>,
     pub confinement: Confinement,
     /// The state that was told last.
     pub told: ControllerState,
@@ -90,7 +89,7 @@ pub(super) const RECESSIVE_TIMES: u32 = 128;
 impl Station {
     pub fn new() -> Self {
         Self {
-            queue: VecDeque::with_capacity(QUEUE_FRAMES),
+            queue: Fifo::with_capacity(QUEUE_FRAMES),
             confinement: Confinement::default(),
             told: ControllerState::ErrorActive,
             not_before: Instant::from_nanos(i64::MIN),
