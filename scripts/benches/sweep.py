@@ -86,6 +86,7 @@ def run(turns, is_quick):
     if is_quick:
         return Section("sweep", "", rows)
     rows.append(Row("two threads, times as fast as one", ratios(one_s, two_s), at_least=1.9))
+    rows.append(Row("two processes, times as fast as one: what the machine gives", ratios(one_s, apart_s)))
     how = (
         f"Whole processes of `hil-sim sweep` over loads and believed loads of `dac-friction`, each run 20 s at T = 5 ms over"
         f" CAN; {runs} runs for the ratios, of which two processes of one thread do half each, {MANY} on all cores for the"

@@ -209,6 +209,12 @@ impl Value {
         }
     }
 
+    /// The value as TOML has it; none where it is nothing that is asked for.
+    pub fn literal(&self) -> Option<String> {
+        let is_usable = !matches!(self, Self::Other(_)) && !matches!(self, Self::Float(number) if !number.is_finite());
+        is_usable.then(|| self.plain().to_string())
+    }
+
     /// For messages: what it is.
     pub fn kind(&self) -> &'static str {
         match self {

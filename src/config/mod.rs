@@ -7,11 +7,15 @@
 //! and gives them in one piece at the end.
 
 mod document;
+mod items;
+mod numbers;
 mod open;
 mod problem;
 mod reader;
 
 pub use document::Document;
 pub(crate) use document::read_text;
+pub use items::Item;
+pub use numbers::Bound;
 pub use problem::{Problem, Problems, Severity, Source};
-pub use reader::{Bound, Item, Reader, Section, nearest};
+pub use reader::{Reader, Section, nearest};

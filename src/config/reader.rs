@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::document::{Document, Entry, Node, Place, Value, brief};
+use super::document::{Document, Entry, Node, Place, Value};
 use super::problem::{Problem, Problems};
 
 /// Hands out sections and collects every problem they meet.
@@ -21,38 +21,13 @@ pub struct Reader<'d> {
 
 /// A table of the document, or the place where it would stand.
 pub struct Section<'r> {
-    reader: &'r Reader<'r>,
-    path: String,
+    pub(super) reader: &'r Reader<'r>,
+    pub(super) path: String,
     place: Place,
     table: Option<&'r BTreeMap<String, Entry>>,
     /// Something else stands where the table should: that was reported, and
     /// that it has no keys goes without saying.
     is_no_table: bool,
-}
-
-/// A value of one of several kinds.
-pub enum Item<'r> {
-    /// A string.
-    Text(String),
-    /// A whole number.
-    Integer(i64),
-    /// A finite number with a fraction, or one that could have had one.
-    Number(f64),
-    /// A table.
-    Table(Section<'r>),
-}
-
-/// What a number must keep to; every number must be finite besides.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Bound {
-    /// Any finite number.
-    Finite,
-    /// Zero or more.
-    NotNegative,
-    /// More than zero.
-    Positive,
-    /// From the first to the second, both included.
-    Within(f64, f64),
 }
 
 impl<'d> Reader<'d> {
@@ -123,7 +98,7 @@ impl<'d> Reader<'d> {
 }
 
 impl<'r> Section<'r> {
-    fn new(reader: &'r Reader<'r>, path: String, node: &'r Node) -> Self {
+    pub(super) fn new(reader: &'r Reader<'r>, path: String, node: &'r Node) -> Self {
         let table = match &node.value {
             Value::Table(table) => Some(table),
             other => {
@@ -170,108 +145,6 @@ impl<'r> Section<'r> {
             other => {
                 self.complain(key, &format!("found {}, expected an array of tables, [[{path}]]", other.found()));
                 Vec::new()
-            }
-        }
-    }
-
-    /// The values under `key`: those of an array, or the one that stands there
-    /// alone; none where it is not given.
-    pub fn items(&self, key: &str) -> Vec<Item<'r>> {
-        let Some(entry) = self.get(key) else { return Vec::new() };
-        let path = join(&self.path, key);
-        match &entry.node.value {
-            Value::Array(items) => {
-                let item = |(index, node)| self.item(key, format!("{path}[{index}]"), node);
-                items.iter().enumerate().filter_map(item).collect()
-            }
-            _ => self.item(key, path, &entry.node).into_iter().collect(),
-        }
-    }
-
-    /// The value under `key`, if it is given; an array will not do.
-    pub fn one_item(&self, key: &str) -> Option<Item<'r>> {
-        let entry = self.get(key)?;
-        self.item(key, join(&self.path, key), &entry.node)
-    }
-
-    fn item(&self, key: &str, path: String, node: &'r Node) -> Option<Item<'r>> {
-        match &node.value {
-            Value::Text(text) => Some(Item::Text(text.clone())),
-            Value::Integer(number) => Some(Item::Integer(*number)),
-            Value::Float(number) if number.is_finite() => Some(Item::Number(*number)),
-            Value::Table(_) => Some(Item::Table(Section::new(self.reader, path, node))),
-            other => {
-                self.complain(key, &format!("found {}, expected a name, a number or a table", other.found()));
-                None
-            }
-        }
-    }
-
-    /// A number that must be given. Where it is missing or wrong that is
-    /// reported, and NaN stands in for it.
-    pub fn number(&self, key: &str, bound: Bound) -> f64 {
-        self.number_or_none(key, bound).unwrap_or_else(|| {
-            self.missing_unless_present(key, &bound.expected());
-            f64::NAN
-        })
-    }
-
-    /// A number, or `default` where it is not given.
-    pub fn number_or(&self, key: &str, default: f64, bound: Bound) -> f64 {
-        self.number_or_none(key, bound).unwrap_or(default)
-    }
-
-    /// A number, or nothing where it is not given.
-    pub fn number_or_none(&self, key: &str, bound: Bound) -> Option<f64> {
-        let entry = self.get(key)?;
-        let number = as_number(&entry.node.value);
-        match number.filter(|&number| bound.holds(number)) {
-            Some(number) => Some(number),
-            None => {
-                self.complain(key, &format!("found {}, expected {}", entry.node.value.found(), bound.expected()));
-                None
-            }
-        }
-    }
-
-    /// A fixed number of numbers, such as a point.
-    pub fn numbers<const N: usize>(&self, key: &str, bound: Bound) -> [f64; N] {
-        let expected = format!("an array of {N} numbers, each {}", bound.expected());
-        let Some(entry) = self.get(key) else {
-            self.missing_unless_present(key, &expected);
-            return [f64::NAN; N];
-        };
-        let items: Vec<f64> = match &entry.node.value {
-            Value::Array(items) => items.iter().filter_map(|item| as_number(&item.value)).collect(),
-            _ => Vec::new(),
-        };
-        let whole = matches!(&entry.node.value, Value::Array(all) if all.len() == items.len());
-        match <[f64; N]>::try_from(items) {
-            Ok(numbers) if whole && numbers.iter().all(|&number| bound.holds(number)) => numbers,
-            _ => {
-                self.complain(key, &format!("found {}, expected {expected}", entry.node.value.found()));
-                [f64::NAN; N]
-            }
-        }
-    }
-
-    /// A whole number from `least` to `most` that must be given.
-    pub fn integer(&self, key: &str, least: i64, most: i64) -> i64 {
-        if !self.has(key) {
-            self.missing_unless_present(key, &format!("a whole number from {least} to {most}"));
-        }
-        self.integer_or(key, least, least, most)
-    }
-
-    /// A whole number from `least` to `most`, or `default` where it is not given.
-    pub fn integer_or(&self, key: &str, default: i64, least: i64, most: i64) -> i64 {
-        let Some(entry) = self.get(key) else { return default };
-        match entry.node.value {
-            Value::Integer(number) if (least..=most).contains(&number) => number,
-            ref other => {
-                let found = other.found();
-                self.complain(key, &format!("found {found}, expected a whole number from {least} to {most}"));
-                default
             }
         }
     }
@@ -395,13 +268,13 @@ impl<'r> Section<'r> {
         self.reader.report(problem);
     }
 
-    fn get(&self, key: &str) -> Option<&'r Entry> {
+    pub(super) fn get(&self, key: &str) -> Option<&'r Entry> {
         let mut asked = self.reader.asked.borrow_mut();
         asked.entry(self.path.clone()).or_default().insert(key.to_owned());
         self.table?.get(key)
     }
 
-    fn missing_unless_present(&self, key: &str, expected: &str) {
+    pub(super) fn missing_unless_present(&self, key: &str, expected: &str) {
         if !self.has(key) && !self.is_no_table {
             let title = format!("`{}` is missing", join(&self.path, key));
             let start = self.place.span.start;
@@ -413,35 +286,6 @@ impl<'r> Section<'r> {
             );
             self.reader.report(problem);
         }
-    }
-}
-
-impl Bound {
-    fn holds(self, number: f64) -> bool {
-        number.is_finite()
-            && match self {
-                Self::Finite => true,
-                Self::NotNegative => number >= 0.0,
-                Self::Positive => number > 0.0,
-                Self::Within(least, most) => (least..=most).contains(&number),
-            }
-    }
-
-    fn expected(self) -> String {
-        match self {
-            Self::Finite => "a finite number".to_owned(),
-            Self::NotNegative => "a finite number, 0 or more".to_owned(),
-            Self::Positive => "a finite number above 0".to_owned(),
-            Self::Within(least, most) => format!("a number from {} to {}", brief(least), brief(most)),
-        }
-    }
-}
-
-fn as_number(value: &Value) -> Option<f64> {
-    match *value {
-        Value::Float(number) => Some(number),
-        Value::Integer(number) => Some(number as f64),
-        _ => None,
     }
 }
 
@@ -465,7 +309,7 @@ pub fn nearest<'n>(wanted: &str, names: impl Iterator<Item = &'n str>) -> Option
         .map(|(_, name)| name)
 }
 
-fn join(path: &str, key: &str) -> String {
+pub(super) fn join(path: &str, key: &str) -> String {
     if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
 }
 

@@ -194,15 +194,7 @@ impl<'r> ConversationReader<'r> {
     }
 
     fn words_under(&self, section: &Section<'_>, key: &str) -> Vec<WordId> {
-        let names = section.items(key).into_iter().filter_map(|item| match item {
-            Item::Text(name) => Some(name),
-            _ => {
-                section.complain(key, "found a number or a table, expected the names of words");
-                None
-            }
-        });
-        let names: Vec<String> = names.collect();
-        names.iter().filter_map(|name| self.word(section, key, name)).collect()
+        section.texts(key).iter().filter_map(|name| self.word(section, key, name)).collect()
     }
 
     fn word(&self, section: &Section<'_>, key: &str, name: &str) -> Option<WordId> {

@@ -1,7 +1,7 @@
 //! What a campaign tries: kinds of faults, moments, sizes, scenarios, seeds,
 //! all crossed.
 
-use canloop::config::{Bound, Document, Item, Problems, Reader, Section};
+use canloop::config::{Bound, Document, Problems, Reader, Section};
 
 use super::judge::Invariants;
 
@@ -44,14 +44,14 @@ impl Plan {
 
     fn read(root: &Section<'_>) -> Self {
         let name = root.text("name");
-        let scenarios = texts(root, "scenarios");
+        let scenarios = root.texts("scenarios");
         let duration_s = root.number("duration_s", Bound::Within(1e-3, 1e6));
-        let moments = root.items("moments_s");
+        let moments = root.literals("moments_s");
         if moments.is_empty() {
             root.complain("moments_s", "found no moment, expected at least one");
         }
         let seeds = root.integer_or("seeds", 1, 1, 10_000);
-        let mut common = texts(root, "set");
+        let mut common = root.texts("set");
         common.extend([format!("duration_s={duration_s:?}"), "expect=[]".to_owned()]);
         let events: Vec<(String, String)> = root.sections("fault").iter().flat_map(crossed).collect();
         let count = scenarios.len() * events.len() * moments.len() * seeds as usize;
@@ -63,7 +63,7 @@ impl Plan {
             for (kind, event) in &events {
                 for moment in moments.iter().take(MOST_CASES) {
                     for seed in 1..=seeds {
-                        let event = format!("event=[{{ at_s = {}, {event} }}]", written(moment));
+                        let event = format!("event=[{{ at_s = {moment}, {event} }}]");
                         let own = [format!("seed={seed}"), event];
                         let overrides = common.iter().cloned().chain(own).collect();
                         cases.push(Case { scenario: scenario.clone(), kind: kind.clone(), overrides });
@@ -80,7 +80,7 @@ impl Plan {
 fn crossed(fault: &Section<'_>) -> Vec<(String, String)> {
     let mut combinations = vec![(String::new(), String::new())];
     for key in fault.keys() {
-        let values: Vec<String> = fault.items(key).iter().map(written).collect();
+        let values = fault.literals(key);
         let with = |(kind, text): &(String, String), value: &String| {
             let kind = if key == "kind" { value.trim_matches('"').to_owned() } else { kind.clone() };
             let comma = if text.is_empty() { "" } else { ", " };
@@ -95,27 +95,4 @@ fn crossed(fault: &Section<'_>) -> Vec<(String, String)> {
         fault.text("kind");
     }
     combinations
-}
-
-fn texts(root: &Section<'_>, key: &str) -> Vec<String> {
-    root.items(key)
-        .iter()
-        .filter_map(|item| match item {
-            Item::Text(text) => Some(text.clone()),
-            other => {
-                root.complain(key, &format!("found {}, expected strings", written(other)));
-                None
-            }
-        })
-        .collect()
-}
-
-/// A value as TOML has it.
-fn written(item: &Item<'_>) -> String {
-    match item {
-        Item::Text(text) => format!("{text:?}"),
-        Item::Integer(number) => number.to_string(),
-        Item::Number(number) => format!("{number:?}"),
-        Item::Table(_) => "a table".to_owned(),
-    }
 }

@@ -1,6 +1,6 @@
 //! What is varied: a key of the scenario and the values that it takes.
 
-use canloop::config::{Bound, Item, Section};
+use canloop::config::{Bound, Section};
 
 use super::{Kind, normal};
 
@@ -76,7 +76,7 @@ impl Spread {
     }
 
     fn list(section: &Section<'_>) -> Self {
-        let values: Vec<String> = section.items("values").iter().map(written).collect();
+        let values = section.literals("values");
         if values.is_empty() {
             section.complain("values", "found no value, expected at least one");
         }
@@ -152,16 +152,6 @@ impl Spread {
 fn positive(section: &Section<'_>, key: &str, value: f64) {
     if value <= 0.0 {
         section.complain(key, &format!("found {value} on a logarithmic scale, expected a number above 0"));
-    }
-}
-
-/// A value as TOML has it.
-fn written(item: &Item<'_>) -> String {
-    match item {
-        Item::Text(text) => format!("{text:?}"),
-        Item::Integer(number) => number.to_string(),
-        Item::Number(value) => number(*value),
-        Item::Table(_) => "{}".to_owned(),
     }
 }
 

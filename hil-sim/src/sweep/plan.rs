@@ -1,6 +1,6 @@
 //! What a sweep tries.
 
-use canloop::config::{Document, Item, Problems, Reader, Section};
+use canloop::config::{Document, Problems, Reader, Section};
 
 use super::{Axes, Axis, Case, columns};
 use crate::scenario::Scenario;
@@ -104,7 +104,7 @@ impl Plan {
             name: root.text("name"),
             maps: root.sections("map").iter().map(|map| Axes::read(map, &columns)).collect(),
             scenario: root.text("scenario"),
-            set: texts(root, "set"),
+            set: root.texts("set"),
             axes,
             method,
             seeds: root.integer_or("seeds", 1, 1, 1_000_000) as u64,
@@ -201,19 +201,6 @@ fn shuffled(count: u32, axis: u64) -> Vec<u32> {
     order
 }
 
-fn texts(root: &Section<'_>, key: &str) -> Vec<String> {
-    root.items(key)
-        .iter()
-        .filter_map(|item| match item {
-            Item::Text(text) => Some(text.clone()),
-            _ => {
-                root.complain(key, "found what is no string, expected KEY=VALUE strings");
-                None
-            }
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -238,6 +225,17 @@ mod tests {
         assert_eq!(overrides, ["duration_s=1", "period_s=0.01", "robot.load.mass_kg=0.0", "seed=2"]);
         let all: BTreeSet<Vec<String>> = (0..12).map(|number| plan.case(number).overrides).collect();
         assert_eq!(all.len(), 12);
+    }
+
+    #[test]
+    fn values_of_any_kind_are_laid_over_the_scenario_as_they_stand_in_the_plan() {
+        let plan = plan(
+            "name = \"k\"\nscenario = \"line\"\n[[vary]]\nkey = \"a\"\n\
+             values = [true, \"two\", 3, 4.5, { law = \"dac\", kp = 1 }, [5, 6]]\n",
+        );
+        let assigned: Vec<String> = (0..6).map(|number| plan.case(number).overrides[0].clone()).collect();
+        let expected = ["a=true", "a=\"two\"", "a=3", "a=4.5", "a={ kp = 1, law = \"dac\" }", "a=[5, 6]"];
+        assert_eq!(assigned, expected);
     }
 
     #[test]
