@@ -2,19 +2,17 @@
 //! so nothing here allocates or takes a detour over UTF-8 or `f64`.
 
 const NANOS_IN_S: i64 = 1_000_000_000;
+/// Digits that always fit into 64 bits.
+const SAFE_DIGITS: usize = 19;
 
 /// A whole decimal number.
 pub(super) fn decimal(text: &[u8]) -> Option<u64> {
     if text.is_empty() {
         return None;
     }
-    text.iter().try_fold(0_u64, |sum, byte| {
-        let digit = byte.wrapping_sub(b'0');
-        if digit > 9 {
-            return None;
-        }
-        sum.checked_mul(10)?.checked_add(u64::from(digit))
-    })
+    let (safe, rest) = text.split_at(text.len().min(SAFE_DIGITS));
+    let sum = safe.iter().try_fold(0_u64, |sum, &byte| Some(sum * 10 + digit(byte)?))?;
+    rest.iter().try_fold(sum, |sum, &byte| sum.checked_mul(10)?.checked_add(digit(byte)?))
 }
 
 /// A hexadecimal number of up to 32 bits.
@@ -23,6 +21,12 @@ pub(super) fn hex(text: &[u8]) -> Option<u32> {
         return None;
     }
     text.iter().try_fold(0, |sum, &byte| Some(sum << 4 | u32::from(nibble(byte)?)))
+}
+
+/// A decimal digit.
+fn digit(byte: u8) -> Option<u64> {
+    let value = byte.wrapping_sub(b'0');
+    (value <= 9).then_some(u64::from(value))
 }
 
 /// A hexadecimal digit.
@@ -44,17 +48,12 @@ pub(super) fn nanos(text: &[u8], exponent: i32) -> Option<i64> {
     if whole.is_empty() {
         return None;
     }
-    let unit = [1, 1_000, 1_000_000, NANOS_IN_S].get((exponent / 3 + 3) as usize).copied()?;
-    let mut sum = i64::try_from(decimal(whole)?).ok()?.checked_mul(unit)?;
-    let mut scale = unit;
-    for digit in decimals {
-        let digit = digit.wrapping_sub(b'0');
-        if digit > 9 {
-            return None;
-        }
-        scale /= 10;
-        sum = sum.checked_add(i64::from(digit) * scale)?;
-    }
+    let places = usize::try_from(9 + exponent).ok()?;
+    let sum = i64::try_from(decimal(whole)?).ok()?.checked_mul(*POWERS_OF_10.get(places)?)?;
+    let (kept, dropped) = decimals.split_at(decimals.len().min(places));
+    let fraction = kept.iter().try_fold(0, |sum, &byte| Some(sum * 10 + digit(byte)? as i64))?;
+    dropped.iter().try_for_each(|&byte| digit(byte).map(drop))?;
+    let sum = sum.checked_add(fraction * POWERS_OF_10[places - kept.len()])?;
     Some(if negative { -sum } else { sum })
 }
 
@@ -96,6 +95,7 @@ pub(super) fn put_bytes(out: &mut Vec<u8>, bytes: &[u8], between: &[u8]) {
     }
 }
 
+const POWERS_OF_10: [i64; 10] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000, NANOS_IN_S];
 const DIGITS: &[u8; 16] = b"0123456789ABCDEF";
 /// The value of each hexadecimal digit, 255 for all other bytes.
 const NIBBLES: [u8; 256] = {
@@ -133,6 +133,10 @@ mod tests {
         assert_eq!(nanos(b"-1.5", 0), Some(-1_500_000_000));
         assert_eq!(nanos(b"1059.9", -3), Some(1_059_900_000));
         assert_eq!(nanos(b"17", 0), Some(17_000_000_000));
+        assert_eq!(nanos(b"17.25", -9), Some(17));
+        assert_eq!(nanos(b"17.x", -9), None);
+        assert_eq!(decimal(b"18446744073709551615"), Some(u64::MAX));
+        assert_eq!(decimal(b"18446744073709551616"), None);
         for bad in ["", ".", "-", "1.x", "1e3", "99999999999999999999", "9223372037.0"] {
             assert_eq!(nanos(bad.as_bytes(), 0), None, "{bad}");
         }

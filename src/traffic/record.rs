@@ -132,6 +132,17 @@ impl Buses {
         Ok((self.names.len() - 1) as u16)
     }
 
+    /// As [`Self::index`], of a name that may be no text.
+    ///
+    /// # Errors
+    /// There are too many already.
+    pub fn index_of_bytes(&mut self, name: &[u8]) -> Result<u16, TooManyBuses> {
+        match self.names.iter().position(|known| known.as_bytes() == name) {
+            Some(known) => Ok(known as u16),
+            None => self.index(&String::from_utf8_lossy(name)),
+        }
+    }
+
     /// The index of the bus that a log calls by `number`, from 1: `can0` is
     /// number 1, unless [`Self::declare`] has said otherwise.
     ///

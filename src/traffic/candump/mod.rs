@@ -160,7 +160,7 @@ fn could_be_longer(content: &Content) -> bool {
 
 /// The index of a bus, or what is wrong with having one more.
 fn index(buses: &mut Buses, name: &[u8], column: u64) -> Result<u16, LineProblem> {
-    buses.index(&String::from_utf8_lossy(name)).map_err(|error| LineProblem::new(column, error.to_string()))
+    buses.index_of_bytes(name).map_err(|error| LineProblem::new(column, error.to_string()))
 }
 
 /// The line without the escape sequences of `candump -c`.
