@@ -73,7 +73,7 @@ def run(turns, is_quick):
     on_a_bus, rest = more
     how = (
         f"{FRAMES} classic frames of 8 bytes, {FRAMES_FOR_PYTHON} for python-can; loggers log {CAPTURED} frames on a kernel's"
-        " virtual bus, once, where need be inside user-mode Linux, in which every look at a clock is a system call."
+        " virtual bus, where need be inside user-mode Linux, in which every look at a clock is a system call."
     )
     return Section("logs", how, rows + on_a_bus, figures + rest)
 
@@ -87,17 +87,18 @@ def others(folder, turns):
     converted_s(folder, "frames.blf")
     kept = {"MCAP": "ours.mcap", "MCAP, raw and decoded": "decoded.mcap", "candump's text": "frames.log", "BLF": "frames.blf"}
     sizes = [Row(f"a frame in {name}", [(folder / file).stat().st_size / FRAMES], "bytes") for name, file in kept.items()]
-    loggers = captured()
-    ours_s = loggers["canloop"][0]
+    captures = [captured() for _ in range(turns)]
+    cpu_s = {name: [capture[name][0] for capture in captures] for name in captures[0]}
+    shares = {name: [100.0 * capture[name][1] for capture in captures] for name in captures[0]}
     on_a_bus = [
-        Row("logging a bus, CPU time, times candump's", [ours_s / loggers["candump"][0]]),
-        Row("logging a bus, CPU time, times python-can's", [ours_s / loggers["python-can"][0]]),
+        Row("logging a bus, CPU time, times candump's", ratios(cpu_s["canloop"], cpu_s["candump"])),
+        Row("logging a bus, CPU time, times python-can's", ratios(cpu_s["canloop"], cpu_s["python-can"])),
     ]
     figures = [
         Row("into MCAP, raw and decoded", decoded, "frames/s"),
         Row("replay of a run at T = 5 ms", replayed, "times real time"),
         *sizes,
-        *(Row(f"CPU time of {name} for a million frames", [cpu_s], "s") for name, (cpu_s, _) in loggers.items()),
-        *(Row(f"share that {name} kept", [100.0 * share], "%") for name, (_, share) in loggers.items()),
+        *(Row(f"CPU time of {name} for a million frames", spent_s, "s") for name, spent_s in cpu_s.items()),
+        *(Row(f"share that {name} kept", kept_percent, "%") for name, kept_percent in shares.items()),
     ]
     return on_a_bus, figures
