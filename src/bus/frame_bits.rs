@@ -223,7 +223,7 @@ const fn stuffing_table() -> [[Step; 256]; 8] {
             while bit > 0 {
                 bit -= 1;
                 let step = sum.run().send(byte >> bit & 1 != 0);
-                sum = Step((sum.0 & !7) + step.0);
+                sum = Step::new((sum.inserted() + step.inserted()) as u8, step.run());
             }
             table[run][byte] = sum;
             byte += 1;

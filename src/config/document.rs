@@ -211,8 +211,17 @@ impl Value {
 
     /// The value as TOML has it; none where it is nothing that is asked for.
     pub fn literal(&self) -> Option<String> {
-        let is_usable = !matches!(self, Self::Other(_)) && !matches!(self, Self::Float(number) if !number.is_finite());
-        is_usable.then(|| self.plain().to_string())
+        self.is_usable().then(|| self.plain().to_string())
+    }
+
+    fn is_usable(&self) -> bool {
+        match self {
+            Self::Float(number) => number.is_finite(),
+            Self::Array(items) => items.iter().all(|item| item.value.is_usable()),
+            Self::Table(table) => table.values().all(|entry| entry.node.value.is_usable()),
+            Self::Integer(_) | Self::Boolean(_) | Self::Text(_) => true,
+            Self::Other(_) => false,
+        }
     }
 
     /// For messages: what it is.

@@ -19,15 +19,7 @@ impl<'r> Section<'r> {
     /// The values under `key`: those of an array, or the one that stands there
     /// alone; none where it is not given.
     pub fn items(&self, key: &str) -> Vec<Item<'r>> {
-        let Some(entry) = self.get(key) else { return Vec::new() };
-        let path = join(&self.path, key);
-        match &entry.node.value {
-            Value::Array(items) => {
-                let item = |(index, node)| self.item(key, format!("{path}[{index}]"), node);
-                items.iter().enumerate().filter_map(item).collect()
-            }
-            _ => self.item(key, path, &entry.node).into_iter().collect(),
-        }
+        self.elements(key).into_iter().filter_map(|(path, node)| self.item(key, path, node)).collect()
     }
 
     /// The values under `key` as TOML has them, of whatever kind: those of an
@@ -43,16 +35,24 @@ impl<'r> Section<'r> {
     }
 
     fn listed<T>(&self, key: &str, read: impl Fn(&Value) -> Result<T, &'static str>) -> Vec<T> {
-        let Some(entry) = self.get(key) else { return Vec::new() };
-        let nodes = match &entry.node.value {
-            Value::Array(items) => items,
-            _ => std::slice::from_ref(&entry.node),
-        };
-        let item = |node: &Node| {
+        let item = |(_, node): (String, &Node)| {
             let read = read(&node.value);
             read.map_err(|expected| self.complain(key, &format!("found {}, expected {expected}", node.value.found())))
         };
-        nodes.iter().filter_map(|node| item(node).ok()).collect()
+        self.elements(key).into_iter().filter_map(|element| item(element).ok()).collect()
+    }
+
+    /// The elements of the array under `key`, or the value that stands there
+    /// alone, with their paths; none where it is not given.
+    fn elements(&self, key: &str) -> Vec<(String, &'r Node)> {
+        let Some(entry) = self.get(key) else { return Vec::new() };
+        let path = join(&self.path, key);
+        match &entry.node.value {
+            Value::Array(items) => {
+                items.iter().enumerate().map(|(index, node)| (format!("{path}[{index}]"), node)).collect()
+            }
+            _ => vec![(path, &entry.node)],
+        }
     }
 
     /// The value under `key`, if it is given; an array will not do.

@@ -239,6 +239,17 @@ mod tests {
     }
 
     #[test]
+    fn a_value_that_no_key_takes_is_refused_wherever_it_stands() {
+        for value in ["1979-05-27", "inf", "[1, nan]", "{ a = [1979-05-27] }"] {
+            let text = format!("name = \"k\"\nscenario = \"line\"\n[[vary]]\nkey = \"a\"\nvalues = [{value}, 1]\n");
+            let document = Document::parse("plan.toml", text).expect("TOML");
+            let reader = Reader::new(&document);
+            let plan = Plan::read(&reader.root());
+            assert!(reader.finish(plan).is_err(), "{value}");
+        }
+    }
+
+    #[test]
     fn a_latin_hypercube_meets_each_stratum_of_each_axis_once() {
         let plan = plan(
             "name = \"l\"\nscenario = \"line\"\nmethod = \"latin-hypercube\"\nsamples = 50\n\

@@ -129,7 +129,7 @@ fn ours(cells: &mut Cells<'_>, buses: &mut Buses) -> Result<Record, LineProblem>
         b"data" | b"fd" | b"error" => return Err(digits.problem("as much data as the length code says")),
         _ => return Err(kind.word().problem("data, remote, fd, error or lost")),
     };
-    let bus = buses.index(&String::from_utf8_lossy(&name.text));
+    let bus = buses.index_of_bytes(&name.text);
     let bus = bus.map_err(|error| LineProblem::new(name.column, error.to_string()))?;
     Ok(Record { at, bus, direction, content })
 }
